@@ -45,9 +45,9 @@ done < <(find src crates -name '*.rs' -not -path '*/target/*' -exec wc -l {} +)
 
 # 7. Inside reconstruct a file imports from the file that defines, by its full path, and only what stands below its folder here;
 # packed knows of filter only what a step is given and yields. No circle between files.
-declare -A uses=([numeric]='' [error]='' [model]='numeric' [settings]='model' [data]='model' [measured]='data error model' [filter]='data settings model numeric'
+declare -A uses=([numeric]='' [error]='' [model]='numeric' [settings]='model' [deviations]='' [data]='deviations model' [measured]='data deviations error model' [filter]='data settings model numeric'
     [outliers]='data settings model' [events]='filter/step data error settings model' [smoother]='filter data error settings model'
-    [packed]='filter/backend filter/parameters filter/step settings model numeric' [collect]='filter/step events data error settings model'
+    [packed]='filter/backend filter/parameters filter/step settings model numeric' [collect]='filter/step events data deviations error settings model'
     [pass]='collect events filter/backend filter/parameters filter/step numeric'
     [sequential]='packed filter collect events data error settings model'
     [run]='packed outliers smoother filter pass collect events data error settings model'

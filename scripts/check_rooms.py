@@ -16,7 +16,7 @@ ORDER = {
     "crates/engine/src": """date notation keep toml_file builtin graph session autosave undo trace calibrate stage begin study live prior snapshot
         verdict report compare planning run check aircraft confidence recorded_coverage batch document export qtg weigh ground_tests""",
     "crates/report/src": "library svg html pdf",
-    "crates/cli/src": """outcome pages questions role_option search suggest table text version aircraft check equations glossary live progress
+    "crates/cli/src": """outcome output_path pages questions role_option search suggest table text version aircraft check equations glossary live progress
         propose regress schema shell summary thesis time_option weigh swing batch manual map run simulate tune compare compatibility
         diff dynamics export fix match_command new propagate structure variants arguments datcom debrief engine fmu inspect static_thrust
         response study campaign design lags prior qtg coverage report fidelity""",

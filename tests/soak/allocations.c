@@ -1,5 +1,6 @@
-/* Lets the N-th allocation of 1 MB or more fail: a library for LD_PRELOAD, Linux with glibc.
+/* Lets the N-th large allocation fail: a library for LD_PRELOAD, Linux with glibc.
  *
+ * DOUBLET_LARGE_ALLOCATION is from how many bytes on one is large, 1 MB without.
  * DOUBLET_FAIL_ALLOCATION is N, 0 for none; DOUBLET_ALLOCATIONS names a file that gets their number when the program ends.
  */
 #include <errno.h>
@@ -8,8 +9,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define LARGE ((size_t)1 << 20)
-
 extern void *__libc_malloc(size_t size);
 extern void *__libc_calloc(size_t count, size_t size);
 extern void *__libc_realloc(void *memory, size_t size);
@@ -17,10 +16,13 @@ extern void *__libc_memalign(size_t alignment, size_t size);
 
 static atomic_long count;
 static long which;
+static size_t large = (size_t)1 << 20;
 
 __attribute__((constructor)) static void begin(void) {
     const char *text = getenv("DOUBLET_FAIL_ALLOCATION");
     which = text ? atol(text) : 0;
+    text = getenv("DOUBLET_LARGE_ALLOCATION");
+    large = text ? (size_t)atol(text) : large;
 }
 
 __attribute__((destructor)) static void end(void) {
@@ -32,7 +34,7 @@ __attribute__((destructor)) static void end(void) {
 }
 
 static int fails(size_t size) {
-    return size >= LARGE && atomic_fetch_add(&count, 1) + 1 == which;
+    return size >= large && atomic_fetch_add(&count, 1) + 1 == which;
 }
 
 void *malloc(size_t size) { return fails(size) ? (errno = ENOMEM, NULL) : __libc_malloc(size); }

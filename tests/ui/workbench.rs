@@ -217,7 +217,7 @@ fn changed_process_noise_gives_what_a_run_without_a_window_gives_and_undo_takes_
     let mut bench = Bench::open();
     let deviation = |bench: &Bench<'_>| {
         let path = bench.snapshot().windows["first"].path.ready().expect("the path is up to date").clone();
-        *path.reconstruction.deviations[State::PitchAngle as usize].last().expect("the path has samples")
+        path.reconstruction.deviations[State::PitchAngle as usize].last().expect("the path has samples")
     };
     let (before, estimate) = (deviation(&bench), bench.cm());
     bench.show(Pane::Noise);

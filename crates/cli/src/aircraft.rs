@@ -9,6 +9,7 @@ use doublet_engine::graph::{Context, Keyed};
 use doublet_engine::{builtin, keep, stage};
 use serde_json::json;
 
+use crate::output_path::output_path;
 use crate::text;
 
 #[derive(Debug, Args)]
@@ -31,7 +32,7 @@ enum AircraftCommand {
         /// Name of the aircraft.
         name: String,
         /// File to write; an existing file is not replaced.
-        #[arg(short, long)]
+        #[arg(short, long, value_parser = output_path())]
         output: PathBuf,
         #[command(flatten)]
         plain: PlainArguments,

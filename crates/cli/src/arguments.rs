@@ -8,6 +8,7 @@ use doublet_engine::report::document::SectionKind;
 use doublet_report::ReportFormat;
 
 use crate::dynamics::JudgedArguments;
+use crate::output_path::output_path;
 
 /// Forms of a report that this build writes.
 pub const REPORTS: &str = if cfg!(feature = "pdf") { "html,pdf" } else { "html" };
@@ -17,7 +18,7 @@ pub struct ReportArguments {
     /// Session file.
     pub session: PathBuf,
     /// Folder for the report, named after the session file.
-    #[arg(long, default_value = ".")]
+    #[arg(long, default_value = ".", value_parser = output_path())]
     pub out: PathBuf,
     /// Formats.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use doublet_engine::batch::{Store, compute, jobs, write};
+use doublet_engine::batch::{Store, check_table, compute, jobs, write};
 
+use crate::output_path::output_path;
 use crate::progress::Progress;
 use crate::text;
 
@@ -13,7 +14,7 @@ pub struct BatchArguments {
     /// Folder of sessions and sweeps, or one of them.
     pub sessions: PathBuf,
     /// Table to write, .parquet or .csv; finished runs are kept in NAME.runs.
-    #[arg(long)]
+    #[arg(long, value_parser = output_path())]
     pub out: PathBuf,
     /// Compute part I of N without a table, for scheduler jobs.
     #[arg(long, value_name = "I/N", value_parser = part)]
@@ -26,6 +27,7 @@ pub struct BatchArguments {
 /// One line when there is nothing to run, the results cannot be written, or every run failed. Runs that fail are rows of the table.
 pub fn batch(arguments: &BatchArguments) -> Result<(), String> {
     let all = jobs(&arguments.sessions)?;
+    check_table(&all, &arguments.sessions, &arguments.out)?;
     let store = Store::beside(&arguments.out)?;
     let count = all.len();
     let (part, parts) = arguments.task.unwrap_or((1, 1));

@@ -15,6 +15,7 @@ use doublet_report::{DocumentSet, ReportFormat};
 use serde_json::json;
 
 use crate::arguments::{REPORTS, report_format};
+use crate::output_path::output_path;
 use crate::progress::Progress;
 use crate::run::{computed, named, rebase};
 use crate::text::{self, number};
@@ -27,7 +28,7 @@ pub struct CampaignArguments {
     #[arg(long)]
     session: Option<PathBuf>,
     /// Folder for envelope and cards.
-    #[arg(long)]
+    #[arg(long, value_parser = output_path())]
     out: Option<PathBuf>,
     /// Formats.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]

@@ -13,6 +13,7 @@ use doublet_engine::session::{
 };
 use serde_json::json;
 
+use crate::output_path::output_path;
 use crate::progress::Progress;
 use crate::run::{CACHE_BYTES, open_to_run, print_error, rebase};
 use crate::text;
@@ -25,7 +26,7 @@ pub struct CompareArguments {
     #[arg(long, value_name = "FAMILY,FAMILY", value_delimiter = ',')]
     pub with: Vec<Family>,
     /// Write the session with the added experiments to this file.
-    #[arg(long, short, value_name = "FILE", requires = "with")]
+    #[arg(long, short, value_name = "FILE", requires = "with", value_parser = output_path())]
     pub output: Option<PathBuf>,
 }
 
@@ -81,6 +82,9 @@ impl Family {
 /// Computes every experiment and prints a row each.
 pub fn compare(arguments: &CompareArguments) -> Result<(), String> {
     let opened = open_to_run(&arguments.session)?;
+    if let Some(target) = &arguments.output {
+        session::check_output(&opened.session, &opened.folder, target)?;
+    }
     let add = |session: Session, family: &Family| {
         let added = ExperimentEdit::Add(family.experiments(&session));
         Edit::Experiment(added).apply(&session).map_err(|error| error.to_string())

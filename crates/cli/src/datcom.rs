@@ -14,6 +14,7 @@ use doublet_engine::report::Reference;
 use doublet_engine::stage::{self, AircraftData};
 use doublet_engine::{builtin, report};
 
+use crate::output_path::output_path;
 use crate::{new, text};
 
 #[derive(Debug, Args)]
@@ -34,7 +35,7 @@ pub struct DatcomArguments {
     #[arg(long, value_name = "AIRCRAFT", requires = "output")]
     pub deck: Option<String>,
     /// Deck file to write.
-    #[arg(short, long, requires = "deck")]
+    #[arg(short, long, requires = "deck", value_parser = output_path())]
     pub output: Option<PathBuf>,
     /// Mach number of the deck.
     #[arg(long, default_value_t = 0.137)]

@@ -12,6 +12,7 @@ use doublet_engine::run::{Control, Snapshot};
 use doublet_report::{DocumentSet, ReportFormat};
 
 use crate::arguments::{REPORTS, report_format};
+use crate::output_path::output_path;
 use crate::progress::Progress;
 use crate::run::{compute_session, named, open_to_run};
 use crate::text::{self, number};
@@ -30,7 +31,7 @@ pub struct DebriefArguments {
     #[arg(long, value_name = "FILE", conflicts_with = "flight")]
     session: Option<PathBuf>,
     /// Folder for the debrief as a page.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = output_path())]
     out: Option<PathBuf>,
     /// Formats of the page.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]

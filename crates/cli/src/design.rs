@@ -14,6 +14,7 @@ use doublet_engine::study::{DynamicsRequest, Study};
 use doublet_report::{DocumentSet, ReportFormat};
 
 use crate::arguments::{not_negative, positive, report_format};
+use crate::output_path::output_path;
 use crate::progress::Progress;
 use crate::run::{computed, named, rebase};
 use crate::text::{self, number};
@@ -88,7 +89,7 @@ pub struct DesignArguments {
     #[arg(long)]
     compare: bool,
     /// Folder for card, nodes (CSV), scenario, session and autopilot files.
-    #[arg(long)]
+    #[arg(long, value_parser = output_path())]
     out: Option<PathBuf>,
     /// Formats of the card.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "html", value_parser = report_format())]

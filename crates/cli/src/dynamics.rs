@@ -15,7 +15,8 @@ use doublet_engine::study::dynamics::{CATEGORIES, CLASSES, Standard, window_key}
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy, Study};
 use serde_json::{Value, json};
 
-use crate::run::computed;
+use crate::output_path::output_path;
+use crate::run::{check_written, computed};
 use crate::text::{self, number};
 
 /// The trim of a command.
@@ -64,7 +65,7 @@ pub struct LinearArguments {
     #[command(flatten)]
     trim: TrimArguments,
     /// File to write, .mat, .json or .csv.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_path())]
     out: Option<PathBuf>,
 }
 
@@ -182,6 +183,9 @@ fn window(path: &Path, name: &str) -> Result<u64, String> {
 
 /// Prints or writes the linear models about a trim.
 pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
+    if let Some(out) = &arguments.out {
+        check_written(out, &arguments.trim.session)?;
+    }
     let study = study(&arguments.trim, &JudgedArguments::default())?;
     let row = dynamics_row(&study);
     let mut written = None;

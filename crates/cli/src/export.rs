@@ -6,6 +6,7 @@ use clap::Args;
 use doublet_core::model::ThrustTreatment;
 use doublet_engine::export::{Format, IdentifiedModel, write};
 
+use crate::output_path::output_path;
 use crate::run::computed;
 use crate::text;
 
@@ -17,7 +18,7 @@ pub struct ExportArguments {
     #[arg(long, value_delimiter = ',', default_value = "jsbsim,daveml")]
     pub format: Vec<String>,
     /// Folder for the files; only files of an earlier export are replaced.
-    #[arg(long)]
+    #[arg(long, value_parser = output_path())]
     pub out: PathBuf,
 }
 

@@ -12,6 +12,7 @@ use doublet_engine::{builtin, session};
 
 use crate::coverage;
 use crate::coverage::CoverageArguments;
+use crate::output_path::output_path;
 use crate::progress::Progress;
 use crate::run::compute_session;
 use crate::text::{self, number};
@@ -20,7 +21,7 @@ use crate::thesis::{self, Run};
 #[derive(Debug, Args)]
 pub struct FidelityArguments {
     /// Document whose tables are rewritten below its marker line.
-    #[arg(long)]
+    #[arg(long, value_parser = output_path())]
     pub out: PathBuf,
     /// Flights of the coverage study.
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]

@@ -10,6 +10,7 @@ use doublet_engine::run::{Slot, TriedFixes, try_fixes};
 use doublet_engine::session::{self, Fix, Opened, Place, Session};
 use doublet_engine::verdict::{Level, VerdictCounts, fixes};
 
+use crate::output_path::output_path;
 use crate::progress::Progress;
 use crate::run::{CACHE_BYTES, compute_session, open_to_run, rebase};
 use crate::text;
@@ -28,7 +29,7 @@ pub struct FixArguments {
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     pub apply: Vec<usize>,
     /// Write the fixed session to this file instead.
-    #[arg(long, short, value_name = "FILE", requires = "apply")]
+    #[arg(long, short, value_name = "FILE", requires = "apply", value_parser = output_path())]
     pub output: Option<PathBuf>,
 }
 
@@ -37,6 +38,7 @@ pub fn fix(arguments: &FixArguments) -> Result<(), String> {
     let target = arguments.output.as_deref().unwrap_or(&arguments.session);
     let _lock = if arguments.apply.is_empty() { None } else { Lock::lock_for_writing(target)? };
     let opened = open_to_run(&arguments.session)?;
+    session::check_output(&opened.session, &opened.folder, target)?;
     let progress = Progress::new();
     let snapshot = compute_session(&opened.session, &opened.folder, &[], &progress, COMPUTED);
     let listed = snapshot.and_then(|snapshot| {

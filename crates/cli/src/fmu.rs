@@ -8,6 +8,8 @@ use doublet_engine::export::write_fmu;
 use serde_json::json;
 
 use crate::dynamics::{JudgedArguments, TrimArguments, study};
+use crate::output_path::output_path;
+use crate::run::check_written;
 use crate::text;
 
 #[derive(Debug, Args)]
@@ -16,12 +18,13 @@ pub struct FmuArguments {
     #[command(flatten)]
     trim: TrimArguments,
     /// File to write; an existing one is replaced.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_path())]
     out: PathBuf,
 }
 
 /// Writes the unit.
 pub fn fmu(arguments: &FmuArguments) -> Result<(), String> {
+    check_written(&arguments.out, &arguments.trim.session)?;
     let study = study(&arguments.trim, &JudgedArguments::default())?;
     let name = arguments.out.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let simulation = Simulation::from_trim(study.model.model.clone(), &study.modes.linearised.trim);

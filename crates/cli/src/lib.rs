@@ -28,6 +28,7 @@ mod map;
 mod match_command;
 mod new;
 mod outcome;
+mod output_path;
 mod pages;
 mod prior;
 mod progress;

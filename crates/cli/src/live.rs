@@ -14,6 +14,7 @@ use doublet_engine::verdict::Level;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
+use crate::output_path::output_path;
 use crate::text;
 
 /// Time without a change after which a file has ended, s.
@@ -64,7 +65,7 @@ pub struct LiveArguments {
     #[arg(long, value_name = "CAMPAIGN")]
     pub campaign: Option<String>,
     /// Record all incoming data into this new folder, with a session.
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", value_parser = output_path())]
     pub record: Option<PathBuf>,
     /// Silence after which it ends, s; 0 for never [default: file 10, UDP 0].
     #[arg(long, value_name = "S")]

@@ -14,6 +14,7 @@ use doublet_engine::{builtin, keep};
 use serde_json::json;
 
 use crate::outcome::Outcome;
+use crate::output_path::output_path;
 use crate::questions::{Question, changes, group, list_questions};
 use crate::role_option::{FORM, says_unit, set_roles};
 use crate::{text, time_option};
@@ -24,7 +25,7 @@ pub struct MapArguments {
     #[arg(required_unless_present_any = ["list", "show"])]
     pub recordings: Vec<PathBuf>,
     /// Output file [default: print the map].
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_path())]
     pub write: Option<PathBuf>,
     /// List the maps that come with the program.
     #[arg(long, conflicts_with_all = ["recordings", "write", "show"])]

@@ -19,6 +19,7 @@ use doublet_engine::verdict::Level;
 use crate::aircraft::PlainArguments;
 use crate::map::{ask, explain_row};
 use crate::outcome::Outcome;
+use crate::output_path::output_path;
 use crate::role_option::set_roles;
 use crate::text;
 use crate::time_option::set_times;
@@ -29,7 +30,7 @@ pub struct NewArguments {
     #[arg(required = true)]
     pub recordings: Vec<PathBuf>,
     /// Session file to write.
-    #[arg(short, long)]
+    #[arg(short, long, value_parser = output_path())]
     pub output: PathBuf,
     /// Channel map (file or name) [default: the best-fitting shipped map].
     #[arg(long)]

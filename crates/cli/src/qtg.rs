@@ -9,6 +9,7 @@ use doublet_report::{DocumentSet, ReportFormat};
 
 use crate::arguments::{REPORTS, report_format};
 use crate::outcome::Outcome;
+use crate::output_path::output_path;
 use crate::progress::Progress;
 use crate::run::{named, open_to_run};
 use crate::text;
@@ -24,7 +25,7 @@ pub struct QtgArguments {
     #[arg(long, value_name = "WHICH", value_parser = ["identification", "refit"])]
     pub constants: Option<String>,
     /// Folder for the guide; only files of an earlier guide are replaced.
-    #[arg(long)]
+    #[arg(long, value_parser = output_path())]
     pub out: PathBuf,
     /// Formats of the guide.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]

@@ -7,6 +7,7 @@ use doublet_engine::keep;
 use doublet_engine::study::{TableFit, TableRegression, TermChoice, regress_table};
 use serde_json::{Value, json};
 
+use crate::output_path::output_path;
 use crate::text;
 
 #[derive(Debug, Args)]
@@ -29,7 +30,7 @@ pub struct RegressArguments {
     #[arg(long, value_enum, default_value_t = Choice::All)]
     pub method: Choice,
     /// CSV file for measured values, fitted values and residuals.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_path())]
     pub out: Option<PathBuf>,
 }
 
@@ -48,6 +49,9 @@ pub enum Choice {
 pub fn regress(arguments: &RegressArguments) -> Result<(), String> {
     if let Some(dt) = arguments.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
         return Err(format!("--dt {dt}: the interval must be above 0 s"));
+    }
+    if let Some(out) = &arguments.out {
+        keep::check_apart(out, [arguments.table.clone()])?;
     }
     let regression = TableRegression {
         output: arguments.y.trim().to_owned(),

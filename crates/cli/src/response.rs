@@ -21,7 +21,8 @@ use serde_json::{Value, json};
 use crate::arguments::{not_negative, positive};
 use crate::dynamics::{CLASS_NAMES, print_qualities};
 use crate::outcome::Outcome;
-use crate::run::computed;
+use crate::output_path::output_path;
+use crate::run::{check_written, computed};
 use crate::text;
 
 #[derive(Debug, Args)]
@@ -53,10 +54,10 @@ pub struct ResponseArguments {
     #[arg(long, value_name = "S", value_parser = positive)]
     pub dt: Option<f64>,
     /// CSV file for the responses.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_path())]
     pub out: Option<PathBuf>,
     /// Bode plot, .svg or .pdf (one page per input).
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_path())]
     pub figure: Option<PathBuf>,
 }
 
@@ -170,6 +171,9 @@ fn limits(arguments: &LoesArguments) -> Result<Option<(Limits, Airplane)>, Strin
 }
 
 fn studied(arguments: &ResponseArguments, for_fit: bool) -> Result<ResponseStudy, String> {
+    for written in arguments.out.iter().chain(&arguments.figure) {
+        check_written(written, &arguments.source)?;
+    }
     let inputs = crate::regress::split_terms(&arguments.input).map_err(|error| error.replace("--terms", "--input"))?;
     let request = ResponseRequest {
         inputs,

@@ -6,6 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use doublet_engine::check::warn_once;
 use doublet_engine::graph::Cache;
+use doublet_engine::keep;
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, Opened, Place, Session};
@@ -13,6 +14,7 @@ use doublet_engine::study::Study;
 use doublet_engine::verdict::Level;
 
 use crate::outcome::Outcome;
+use crate::output_path::output_path;
 use crate::progress::Progress;
 use crate::{summary, text};
 
@@ -21,7 +23,7 @@ pub struct RunArguments {
     /// Session file.
     pub session: PathBuf,
     /// Folder for the results; appears only when complete.
-    #[arg(long)]
+    #[arg(long, value_parser = output_path())]
     pub out: PathBuf,
     /// Additional studies to compute.
     #[arg(long, value_name = "STUDY,...", value_delimiter = ',', value_parser = study())]
@@ -62,6 +64,16 @@ pub fn open_to_run(path: &Path) -> Result<Opened, String> {
         return Ok(opened);
     }
     Err(lines(stopped.iter().map(|finding| format!("{}: {finding}", path.display()))))
+}
+
+/// That a file to be written is neither the session or recording `source` nor what that names.
+pub fn check_written(written: &Path, source: &Path) -> Result<(), String> {
+    keep::check_apart(written, [source.to_path_buf()])?;
+    if source.extension().is_none_or(|ending| ending != "toml") {
+        return Ok(());
+    }
+    // What cannot be read says so where it is read.
+    session::open(source).map_or(Ok(()), |opened| session::check_output(&opened.session, &opened.folder, written))
 }
 
 /// The session with its relative paths from the folder `to` in place of `from`; an empty one is the working folder.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use clap_complete::Shell;
 
+use crate::output_path::output_path;
 use crate::{command_line, text};
 
 /// Name the pages and completions are for.
@@ -20,7 +21,7 @@ pub struct CompletionArguments {
 #[derive(Debug, Args)]
 pub struct ManArguments {
     /// Folder for the pages, one per command: doublet.1, doublet-run.1 and so on.
-    #[arg(long)]
+    #[arg(long, value_parser = output_path())]
     pub out: PathBuf,
 }
 

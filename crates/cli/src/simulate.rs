@@ -7,6 +7,7 @@ use doublet_core::simulate::scenario::Start;
 use doublet_core::simulate::{self, InputKind, Scenario, SimulateError, scenario};
 use doublet_engine::keep::Staging;
 
+use crate::output_path::output_path;
 use crate::progress::Progress;
 use crate::text;
 
@@ -15,7 +16,7 @@ pub struct SimulateArguments {
     /// Scenario to simulate: a shipped name, or a file of `doublet design`.
     pub scenario: Option<String>,
     /// Folder for the recordings; appears only when complete.
-    #[arg(long)]
+    #[arg(long, value_parser = output_path())]
     pub out: Option<PathBuf>,
     /// Seed of noise, gusts and pilot imperfections; equal seeds give equal bytes.
     #[arg(long, default_value_t = 1)]

@@ -15,6 +15,7 @@ use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
 use doublet_engine::study::{CheckRequest, Estimator, MonteCarloRequest, Study};
 
+use crate::output_path::output_path;
 use crate::run::computed;
 use crate::text;
 
@@ -23,7 +24,7 @@ pub struct StudyArguments {
     /// Session file.
     pub session: PathBuf,
     /// Folder for all results, including the study.
-    #[arg(long)]
+    #[arg(long, value_parser = output_path())]
     pub out: Option<PathBuf>,
 }
 

@@ -214,8 +214,8 @@ impl Path {
         for measurement in Measurement::ALL {
             let at = measurement as usize;
             if path.innovations[at].iter().any(|value| value.is_finite()) {
-                let columns = [&path.innovations[at], &path.innovation_deviations[at]];
-                all.set_item(measurement.name(), columns.map(|column| owned(py, column.clone())))?;
+                let columns = [path.innovations[at].clone(), path.innovation_deviations[at].to_vec()];
+                all.set_item(measurement.name(), columns.map(|column| owned(py, column)))?;
             }
         }
         Ok(all)

@@ -89,7 +89,7 @@ pub fn measurements<'py>(
         row.set_item("time", shared(py, time_s)?)?;
         row.set_item("measured", shared(py, values)?)?;
         row.set_item("predicted", owned(py, predicted))?;
-        row.set_item("predicted_std", owned(py, of_filter(&reconstruction.innovation_deviations[at])))?;
+        row.set_item("predicted_std", owned(py, of_filter(&reconstruction.innovation_deviations[at].to_vec())))?;
         row.set_item("reconstructed", owned(py, reconstructed))?;
         all.set_item(measurement.name(), row)?;
     }

@@ -206,8 +206,8 @@ session = db.Session.from_recordings(recording, windows=[(0.0, 2399.0)])
 warnings.simplefilter("ignore")
 session.recording()
 taken = 1024 * int(re.search(r"VmSize:\\s*(\\d+)", open("/proc/self/status").read())[1])
-# 240,000 samples need 348 MB.
-resource.setrlimit(resource.RLIMIT_AS, (taken + 330_000_000, resource.getrlimit(resource.RLIMIT_AS)[1]))
+# 240,000 samples need 288 MB.
+resource.setrlimit(resource.RLIMIT_AS, (taken + 285_000_000, resource.getrlimit(resource.RLIMIT_AS)[1]))
 warnings.simplefilter("error", db.DoubletWarning)
 for call in (lambda: db.reconstruct(recording, windows=[(0.0, 2399.0)]), session.run):
     try:

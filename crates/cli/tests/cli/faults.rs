@@ -291,7 +291,10 @@ fn let_operations_fail(is_wanted: impl Fn(&Case) -> bool) {
     assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults.join("\n"));
 }
 
-/// Runs a case in a copy of the template, where the `which`-th allocation of 1 MB or more fails, none for 0: the folder, the output and
+/// From how many bytes on an allocation is large: a short flight has few of 1 MB.
+const LARGE_BYTES: usize = 32_768;
+
+/// Runs a case in a copy of the template, where the `which`-th large allocation fails, none for 0: the folder, the output and
 /// the number of these allocations where the program came to its end.
 fn starved(case: &Case, which: usize) -> (tempfile::TempDir, Output, Option<usize>) {
     let (_, library) = ALLOCATIONS.as_ref().unwrap();
@@ -301,6 +304,7 @@ fn starved(case: &Case, which: usize) -> (tempfile::TempDir, Output, Option<usiz
         .args(case.arguments)
         .env("LD_PRELOAD", library)
         .env("DOUBLET_FAIL_ALLOCATION", which.to_string())
+        .env("DOUBLET_LARGE_ALLOCATION", LARGE_BYTES.to_string())
         .env("DOUBLET_ALLOCATIONS", counted.path())
         .current_dir(folder.path())
         .output()
@@ -332,6 +336,7 @@ fn let_allocations_fail(is_wanted: impl Fn(&Case) -> bool) {
         let old = of_target(case, case.template());
         let (folder, output, count) = starved(case, 0);
         let (new, count) = (of_target(case, folder.path()), count.unwrap_or_else(|| panic!("{}", said(&output))));
+        assert!(count > 0 || !case.has_results(), "{}: nothing was let fail", case.name);
         let numbers = chosen(count);
         let mut ended = 0;
         for number in &numbers {
@@ -352,7 +357,7 @@ fn let_allocations_fail(is_wanted: impl Fn(&Case) -> bool) {
             }
         }
         println!(
-            "{}: {} of {count} allocations of 1 MB and more failed, {ended} ended the program",
+            "{}: {} of {count} allocations of 32 kB and more failed, {ended} ended the program",
             case.name,
             numbers.len()
         );

@@ -137,3 +137,83 @@ fn a_built_in_aircraft_needs_no_folder_of_the_user() {
     let left = std::fs::read_dir(&temporary).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_dir()).count();
     assert_eq!(left, 0, "no folder stays behind");
 }
+
+/// Bytes of every file in a folder, and where its links lead.
+fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        match (std::fs::read_link(&entry), entry.is_dir()) {
+            (Ok(to), _) => found.push((entry, to.into_os_string().into_encoded_bytes())),
+            (_, true) => found.extend(contents(&entry)),
+            (_, false) => found.push((entry.clone(), std::fs::read(&entry).unwrap())),
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Commands that write a file or a folder.
+const WRITERS: [&[&str]; 11] = [
+    &["regress", "flight.csv", "--y", "az", "--terms", "alpha", "--out"],
+    &["response", "flight.csv", "--input", "delta_e", "--output", "q", "--out"],
+    &["response", "session.toml", "--input", "delta_e", "--output", "q", "--out"],
+    &["linear", "session.toml", "--out"],
+    &["fmu", "session.toml", "--out"],
+    &["fix", "session.toml", "--apply", "1", "--output"],
+    &["compare", "session.toml", "--with", "noise", "--output"],
+    &["batch", "session.toml", "--out"],
+    &["new", "flight.csv", "--map", "map.toml", "--output"],
+    &["map", "flight.csv", "--write"],
+    &["run", "session.toml", "--out"],
+];
+
+#[test]
+fn what_a_command_reads_is_never_what_it_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    flight::write(folder.path(), 400, |_, _| {});
+    std::os::unix::fs::symlink("flight.csv", folder.path().join("link.csv")).unwrap();
+    std::fs::create_dir(folder.path().join("kept")).unwrap();
+    std::fs::write(folder.path().join("kept/notes.txt"), "mine").unwrap();
+    std::os::unix::fs::symlink("kept", folder.path().join("folder")).unwrap();
+    let before = contents(folder.path());
+    let written_by = |writer: &[&str], target: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_doublet-cli"));
+        let output = command.args(writer).arg(target).current_dir(folder.path()).stdin(Stdio::null()).output().unwrap();
+        let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+        (output.status.code(), text)
+    };
+    for writer in WRITERS {
+        for target in ["flight.csv", "./flight.csv", "link.csv", "map.toml", "folder", ".", "-", "map.toml/x"] {
+            // A table of rows may replace a file that the command knows nothing of.
+            if writer[1] == "flight.csv" && target == "map.toml" && ["regress", "response"].contains(&writer[0]) {
+                continue;
+            }
+            let (code, printed) = written_by(writer, target);
+            assert!(matches!(code, Some(1 | 2)), "{writer:?} {target}: {code:?} {printed}");
+            assert!(!printed.contains("panicked") && printed.contains(target), "{writer:?} {target}: {printed}");
+            assert!(before == contents(folder.path()), "{writer:?} {target}: {printed}");
+        }
+    }
+    let (_, printed) = written_by(WRITERS[0], "flight.csv");
+    assert_eq!(printed.trim(), "error: flight.csv is read by this command: choose another name");
+    let (_, printed) = written_by(WRITERS[7], "table.txt");
+    assert_eq!(printed.trim(), "error: table.txt: give the table the ending .parquet or .csv");
+    assert!(before == contents(folder.path()), "nothing is computed for a table that cannot be written");
+}
+
+#[test]
+fn a_link_to_a_file_that_does_not_exist_yet_stays_a_link() {
+    let folder = tempfile::tempdir().unwrap();
+    flight::write(folder.path(), 400, |_, _| {});
+    let (link, place) = (folder.path().join("link.csv"), folder.path().join("rows.csv"));
+    std::os::unix::fs::symlink("rows.csv", &link).unwrap();
+    let table = folder.path().join("flight.csv");
+    let regress =
+        ["regress", table.to_str().unwrap(), "--y", "az", "--terms", "alpha", "--out", link.to_str().unwrap()];
+    for _ in 0..2 {
+        let (code, printed) = doublet(&regress, &[]);
+        assert_eq!(code, Some(0), "{printed}");
+        assert_eq!(std::fs::read_link(&link).unwrap(), Path::new("rows.csv"));
+        assert!(std::fs::read_to_string(&place).unwrap().starts_with("row,measured,fitted,residual\n"));
+    }
+}

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Most that a sample may take, bytes.
-const BYTES_PER_SAMPLE: f64 = 1_500.0;
+const BYTES_PER_SAMPLE: f64 = 1_300.0;
 
 /// Largest resident memory of a run over a window of `samples`, bytes. All threads share one arena: in which of several the allocator puts
 /// what moves the peak by a tenth from run to run, and says nothing of what is asked for.

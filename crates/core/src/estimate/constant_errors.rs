@@ -50,7 +50,7 @@ impl InnovationEvidence {
             nominal.innovations.iter().zip(&nominal.innovation_deviations).enumerate()
         {
             let samples = innovations.iter().zip(deviations).enumerate().take(range.end).skip(range.start);
-            for (at, (&innovation, &deviation)) in samples {
+            for (at, (&innovation, deviation)) in samples {
                 if !(innovation.is_finite() && deviation > 0.0) {
                     continue;
                 }

@@ -1,5 +1,6 @@
 //! Covariance of least-squares estimates whose residuals are coloured.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -9,6 +10,7 @@ use std::sync::Arc;
 use nalgebra::{Complex, DMatrix, DVector};
 use rustfft::{Fft, FftPlanner};
 
+use super::transform_length::transform_length;
 use super::{EstimateError, Fit};
 
 /// How the autocorrelation of the residual enters.
@@ -64,7 +66,7 @@ impl Taper {
 
 /// A window as the covariance sees it: regressors, the parameter of each, the residuals of each fit.
 pub(super) struct Block<'a> {
-    pub(super) x: &'a DMatrix<f64>,
+    pub(super) x: Cow<'a, DMatrix<f64>>,
     pub(super) columns: &'a [usize],
     pub(super) residuals: Vec<&'a [f64]>,
 }
@@ -132,7 +134,8 @@ pub fn coloured_covariances(
     let columns: Vec<usize> = (0..x.ncols()).collect();
     let residuals = fits.iter().map(|fit| &*fit.residuals).collect();
     let units: Vec<Unit<'_>> = fits.iter().map(|fit| Unit::without_priors(&fit.unit_covariance)).collect();
-    coloured_covariances_of(&units, &[Block { x, columns: &columns, residuals }], settings, transforms)
+    let block = Block { x: Cow::Borrowed(x), columns: &columns, residuals };
+    coloured_covariances_of(&units, vec![block], settings, transforms)
 }
 
 /// [`coloured_covariance`] of a fit of transformed rows whose products are taken inside each of `windows` only.
@@ -145,11 +148,15 @@ pub(super) fn coloured_covariance_within(
     let columns: Vec<usize> = (0..x.ncols()).collect();
     let parts: Vec<DMatrix<f64>> =
         windows.iter().map(|window| x.rows(window.start, window.len()).into_owned()).collect();
-    let blocks = parts.iter().zip(windows);
-    let blocks: Vec<_> =
-        blocks.map(|(x, window)| Block { x, columns: &columns, residuals: vec![&residuals[window.clone()]] }).collect();
+    let blocks = parts.into_iter().zip(windows);
+    let block = |(x, window): (_, &Range<usize>)| Block {
+        x: Cow::Owned(x),
+        columns: &columns,
+        residuals: vec![&residuals[window.clone()]],
+    };
+    let blocks = blocks.map(block).collect();
     let unit = Unit::without_priors(&fit.unit_covariance);
-    with_transforms(|transforms| coloured_covariances_of(&[unit], &blocks, settings, transforms)).and_then(only)
+    with_transforms(|transforms| coloured_covariances_of(&[unit], blocks, settings, transforms)).and_then(only)
 }
 
 /// The only one of a list made from one.
@@ -157,14 +164,15 @@ pub(super) fn only(mut list: Vec<DMatrix<f64>>) -> Result<DMatrix<f64>, Estimate
     list.pop().ok_or(EstimateError::NoParameters)
 }
 
-/// Covariances over windows: products of residuals and of regressors are taken inside each window only.
+/// Covariances over windows: products of residuals and of regressors are taken inside each window only. Regressors that are given away
+/// are let go of once they are transformed.
 pub(super) fn coloured_covariances_of(
     units: &[Unit<'_>],
-    blocks: &[Block<'_>],
+    blocks: Vec<Block<'_>>,
     settings: &Coloured,
     transforms: &mut Transforms,
 ) -> Result<Vec<DMatrix<f64>>, EstimateError> {
-    for Block { x, columns, residuals } in blocks {
+    for Block { x, columns, residuals } in &blocks {
         for residuals in residuals {
             if x.nrows() != residuals.len() || x.ncols() != columns.len() {
                 return Err(EstimateError::Size {
@@ -184,7 +192,7 @@ pub(super) fn coloured_covariances_of(
         let found = transforms.autocorrelations(records(pair).zip(records(pair + 1)), max_lag);
         correlations.extend(found.into_iter().take(units.len() - pair));
     }
-    let windows: Vec<Spectra<'_>> = blocks.iter().map(|block| transforms.spectra(block, max_lag)).collect();
+    let windows: Vec<Spectra<'_>> = blocks.into_iter().map(|block| transforms.spectra(&block, max_lag)).collect();
     let mut leverages: Vec<Vec<f64>> = Vec::with_capacity(units.len());
     for (index, unit) in units.iter().enumerate() {
         let known = index.checked_sub(1).filter(|before| units[*before].covariance == unit.covariance);
@@ -354,7 +362,8 @@ impl Transforms {
     }
 
     /// Spectra of the regressors of a window, with room for `max_lag`.
-    pub(super) fn spectra<'a>(&mut self, &Block { x, columns, .. }: &Block<'a>, max_lag: usize) -> Spectra<'a> {
+    pub(super) fn spectra<'a>(&mut self, block: &Block<'a>, max_lag: usize) -> Spectra<'a> {
+        let Block { x, columns, .. } = block;
         let length = transform_length(x.nrows() + max_lag);
         let half = length / 2;
         let mut parts = DMatrix::zeros(2 * (half + 1), x.ncols());
@@ -384,6 +393,8 @@ impl Transforms {
         windows: impl IntoIterator<Item = &'a Spectra<'a>>,
         max_lag: usize,
     ) -> Result<Vec<f64>, EstimateError> {
+        // Nothing is transformed until all powers are there.
+        self.forget_long();
         let mut powers = Powers::new();
         for &Spectra { columns, length, ref parts } in windows {
             let free: Vec<usize> = (0..columns.len()).filter(|&i| covariance[(columns[i], columns[i])] > 0.0).collect();
@@ -481,18 +492,6 @@ pub(super) fn add_products(
     }
 }
 
-/// Smallest length not below `samples` whose only prime factors are 2 and 3.
-pub(super) fn transform_length(samples: usize) -> usize {
-    let mut best = samples.next_power_of_two();
-    let mut threes = 3;
-    while threes < best {
-        let length = threes * samples.div_ceil(threes).next_power_of_two();
-        best = best.min(length);
-        threes *= 3;
-    }
-    best
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -521,14 +520,14 @@ mod tests {
         let others: [Vec<f64>; 2] = [0.4, 1.7].map(|f| (0..90).map(|k| (f64::from(k) * f).cos()).collect());
         let all = [&others[0], &others[1], &residuals];
         let block = |x, range: std::ops::Range<usize>| Block {
-            x,
+            x: Cow::Borrowed(x),
             columns: &columns,
             residuals: all.iter().map(|residuals| &residuals[range.clone()]).collect(),
         };
-        let blocks = [block(&first, 0..50), block(&second, 50..90)];
+        let blocks = vec![block(&first, 0..50), block(&second, 50..90)];
         let mut transforms = Transforms::default();
         let found =
-            coloured_covariances_of(&[Unit::without_priors(&unit); 3], &blocks, &settings, &mut transforms).unwrap();
+            coloured_covariances_of(&[Unit::without_priors(&unit); 3], blocks, &settings, &mut transforms).unwrap();
 
         let ranges = [0..50, 50..90];
         let weight = |lag: usize| {
@@ -589,12 +588,5 @@ mod tests {
         let fit = super::super::least_squares(&["a".to_owned()], &x, &[1.0; 10]).unwrap();
         let settings = Coloured { max_lag: Some(10), taper: Taper::None };
         assert!(matches!(coloured_covariance(&fit, &x, &settings), Err(EstimateError::Setting { .. })));
-    }
-
-    #[test]
-    fn transform_length_is_smooth_and_long_enough() {
-        assert_eq!(transform_length(2750), 4 * 729);
-        assert_eq!(transform_length(1000), 1024);
-        assert_eq!(transform_length(1), 1);
     }
 }

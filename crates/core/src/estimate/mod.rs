@@ -32,6 +32,7 @@ mod steady_filter;
 mod stepwise;
 mod summary;
 mod term_study;
+mod transform_length;
 mod triangle;
 mod weighted;
 

@@ -1,10 +1,13 @@
 //! Covariance of estimates from several outputs at once whose residuals are coloured and hang together.
 
+use std::borrow::Cow;
+
 use nalgebra::{Complex, DMatrix};
 
 use super::covariance::{
-    Block, Spectra, Taper, Transforms, Unit, left_of_noise, longest_lag, sandwich, transform_length, with_transforms,
+    Block, Spectra, Taper, Transforms, Unit, left_of_noise, longest_lag, sandwich, with_transforms,
 };
+use super::transform_length::transform_length;
 use super::{EstimateError, PooledFit, PooledWindow};
 
 /// One output in one window: sensitivities, samples by parameters, the parameter of each column, and the residuals. Of output error both
@@ -113,7 +116,7 @@ impl<'a> Joint<'a> {
             .map(|output| {
                 let mut spectra = |window: &OutputWindow<'a>| {
                     let OutputWindow { sensitivities: x, columns, .. } = *window;
-                    transforms.spectra(&Block { x, columns, residuals: Vec::new() }, max_lag)
+                    transforms.spectra(&Block { x: Cow::Borrowed(x), columns, residuals: Vec::new() }, max_lag)
                 };
                 output.iter().map(|window| window.as_ref().map(&mut spectra)).collect()
             })

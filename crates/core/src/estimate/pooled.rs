@@ -1,5 +1,6 @@
 //! One set of parameters over several windows.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use nalgebra::DMatrix;
@@ -187,6 +188,23 @@ impl PooledFit {
         windows: &[PooledWindow],
         settings: &Coloured,
     ) -> Result<DMatrix<f64>, EstimateError> {
+        self.coloured(windows.iter().map(|window| Cow::Borrowed(&window.x)), settings)
+    }
+
+    /// [`Self::coloured_covariance`] of windows that are not needed any more: each goes as soon as it can, as it may be long.
+    pub fn coloured_covariance_of(
+        &self,
+        windows: Vec<PooledWindow>,
+        settings: &Coloured,
+    ) -> Result<DMatrix<f64>, EstimateError> {
+        self.coloured(windows.into_iter().map(|PooledWindow { x, .. }| Cow::Owned(x)), settings)
+    }
+
+    fn coloured<'x>(
+        &self,
+        windows: impl ExactSizeIterator<Item = Cow<'x, DMatrix<f64>>>,
+        settings: &Coloured,
+    ) -> Result<DMatrix<f64>, EstimateError> {
         if windows.len() != self.samples.len() {
             return Err(EstimateError::Size {
                 quantity: "windows",
@@ -195,21 +213,16 @@ impl PooledFit {
             });
         }
         let blocks: Vec<_> = windows
-            .iter()
             .zip(&self.parameters)
             .zip(&self.samples)
-            .map(|((window, columns), samples)| Block {
-                x: &window.x,
-                columns,
-                residuals: vec![&self.fit.residuals[samples.clone()]],
-            })
+            .map(|((x, columns), samples)| Block { x, columns, residuals: vec![&self.fit.residuals[samples.clone()]] })
             .collect();
         let unit = Unit {
             covariance: &self.fit.unit_covariance,
             prior_information: &self.prior_information,
             variance: self.fit.residual_std.powi(2),
         };
-        with_transforms(|transforms| coloured_covariances_of(&[unit], &blocks, settings, transforms)).and_then(only)
+        with_transforms(|transforms| coloured_covariances_of(&[unit], blocks, settings, transforms)).and_then(only)
     }
 }
 

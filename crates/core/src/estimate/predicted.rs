@@ -1,5 +1,6 @@
 //! Errors to expect of a fit whose samples are still to be flown: its regressors, and the noise that an earlier fit left.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
@@ -57,7 +58,7 @@ impl PooledFit {
                 .iter()
                 .zip(&self.parameters)
                 .map(|(window, columns)| {
-                    transforms.spectra(&Block { x: &window.x, columns, residuals: Vec::new() }, max_lag)
+                    transforms.spectra(&Block { x: Cow::Borrowed(&window.x), columns, residuals: Vec::new() }, max_lag)
                 })
                 .collect();
             let mut leverage = transforms.leverage(&self.fit.unit_covariance, &spectra, max_lag)?;
@@ -108,7 +109,8 @@ impl ResidualNoise {
             let mut middle = DMatrix::zeros(names.len(), names.len());
             let mut noises: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
             for (window, columns) in regression.windows.iter().zip(&parameters) {
-                let spectra = transforms.spectra(&Block { x: &window.x, columns, residuals: Vec::new() }, max_lag);
+                let spectra =
+                    transforms.spectra(&Block { x: Cow::Borrowed(&window.x), columns, residuals: Vec::new() }, max_lag);
                 let noise = match noises.entry(spectra.length) {
                     Entry::Occupied(known) => known.into_mut(),
                     Entry::Vacant(open) => {

@@ -16,4 +16,4 @@ pub use error::ModelError;
 pub use names::{Coefficient, RECORDED, RecordedValues, Variable};
 pub use structure::Structure;
 pub use term::{Term, is_constant_name};
-pub use variables::{LONG_WINDOW, Variables, regressors, variables};
+pub use variables::{Variables, regressors, variables};

@@ -12,6 +12,7 @@ use super::data::{AeroData, Axes, CoefficientSettings, Lag};
 use super::{ModelError, RECORDED, Term, Variable};
 use crate::prep::{Differentiation, MatchedSmoothing, delay, differentiate, first_order_lag, has_even_steps};
 use crate::quantity::Role;
+use crate::series::LONG_WINDOW;
 
 /// Columns of the variables that one window offers, all of one length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -149,10 +150,6 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
     let columns = columns.into_iter().map(|(variable, values)| (variable, column(values))).collect();
     Ok(Variables { columns, ..all })
 }
-
-/// Samples beyond which a window is long: what can be formed again is not kept then, and large work goes one after the other. Smoothed
-/// variables are a twentieth of what a window takes.
-pub const LONG_WINDOW: usize = 1 << 16;
 
 /// Regressor matrix: one row per sample that has one, one column per term, in the order of `terms`; with matched
 /// smoothing each term, a product of unsmoothed variables, is smoothed.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::message::Message;
 use crate::reconstruct::data::{AirData, FilterData, MeasurementSeries, Reconstruction, Smoothed};
+use crate::reconstruct::deviations::Deviations;
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::events::{Event, Schedule};
 use crate::reconstruct::filter::step::{BLOCK, STEEPEST_PITCH_RAD, SmoothedOutputs, StepInputs, StepOutputs};
@@ -61,15 +62,23 @@ impl<'a> Window<'a> {
             column.push(first);
             column
         };
-        let measured =
-            |series: &MeasurementSeries| if series.time_s.is_empty() { Vec::new() } else { column(f64::NAN) };
+        let deviations = |first: f64| {
+            let mut column = Deviations::with_capacity(samples);
+            column.extend(std::iter::once(first));
+            column
+        };
+        let is_measured = |series: &MeasurementSeries| !series.time_s.is_empty();
+        let series = data.measurements.each_ref();
         let result = Reconstruction {
             time_s: Arc::clone(&data.inputs.time_s),
             states: x.map(column),
-            deviations: settings.initial_deviation.map(column),
+            deviations: settings.initial_deviation.map(deviations),
             update_time_s: Arc::default(),
-            innovations: data.measurements.each_ref().map(measured),
-            innovation_deviations: data.measurements.each_ref().map(measured),
+            innovations: series.map(|series| if is_measured(series) { column(f64::NAN) } else { Vec::new() }),
+            innovation_deviations: series.map(|series| match is_measured(series) {
+                true => deviations(f64::NAN),
+                false => Deviations::from(Vec::new()),
+            }),
             nis: column(f64::NAN),
             nis_degrees: {
                 let mut degrees = Vec::with_capacity(samples);
@@ -148,6 +157,12 @@ impl<'a> Window<'a> {
         }
     }
 
+    /// Appends the deviation of each step of the block to a column of states: at the samples.
+    fn append_deviation<L: AsRef<[f64]>>(&mut self, k: usize, lane: usize, outputs: &[StepOutputs<L>]) {
+        let at_samples = outputs.iter().zip(&self.events).filter(|(_, event)| event.is_sample);
+        self.result.deviations[k].extend(at_samples.map(|(outputs, _)| outputs.deviation[k].as_ref()[lane]));
+    }
+
     /// Appends innovations and their deviations: at every event, of what the window has samples of.
     fn append_innovation<L: AsRef<[f64]>>(&mut self, m: usize, lane: usize, outputs: &[StepOutputs<L>]) {
         let outputs = &outputs[..self.events.len()];
@@ -216,6 +231,16 @@ impl<'a> Window<'a> {
         }
     }
 
+    /// Takes the deviation of a smoothed state at the starts of the steps of the block.
+    fn take_smoothed_deviation<L: AsRef<[f64]>>(&mut self, k: usize, lane: usize, outputs: &[SmoothedOutputs<L>]) {
+        let Some(smoothed) = &mut self.result.smoothed else { return };
+        for (outputs, event) in outputs.iter().zip(&self.events) {
+            if let Some(row) = event.start_sample {
+                smoothed.deviations[k].set(row, outputs.deviation[k].as_ref()[lane]);
+            }
+        }
+    }
+
     /// Adds the moments of the noises in the block.
     fn add_moments<L: AsRef<[f64]>>(&mut self, lane: usize, outputs: &[SmoothedOutputs<L>]) {
         let moments = &mut self.moments;
@@ -244,8 +269,8 @@ impl<'a> Window<'a> {
         let Some(smoothed) = &mut self.result.smoothed else { return };
         for (filtered, smoothed) in self.result.deviations.iter().zip(&mut smoothed.deviations) {
             let lost = smoothed.iter().take(FIRST).take_while(|deviation| deviation.is_nan()).count();
-            if lost > 0 && filtered[0] < KNOWN * filtered.iter().copied().fold(0.0, f64::max) {
-                smoothed[..lost].copy_from_slice(&filtered[..lost]);
+            if lost > 0 && filtered.at(0) < KNOWN * filtered.iter().fold(0.0, f64::max) {
+                (0..lost).for_each(|index| smoothed.set(index, filtered.at(index)));
             }
         }
     }
@@ -301,9 +326,7 @@ pub fn collect<L: AsRef<[f64]>>(windows: &mut Windows<'_>, outputs: &[StepOutput
     each(windows, |lane, window| window.check(lane, outputs));
     for k in 0..STATES {
         each(windows, |lane, window| window.append_state(lane, outputs, |r| Some(&mut r.states[k]), |o| &o.state[k]));
-        each(windows, |lane, window| {
-            window.append_state(lane, outputs, |r| Some(&mut r.deviations[k]), |o| &o.deviation[k]);
-        });
+        each(windows, |lane, window| window.append_deviation(k, lane, outputs));
     }
     for m in 0..MEASUREMENTS {
         each(windows, |lane, window| window.append_innovation(m, lane, outputs));
@@ -332,9 +355,7 @@ pub(crate) fn collect_smoothed<L: AsRef<[f64]>>(
 ) {
     for k in 0..STATES {
         each(windows, |lane, window| window.take_smoothed(lane, outputs, |s| Some(&mut s.states[k]), |o| &o.state[k]));
-        each(windows, |lane, window| {
-            window.take_smoothed(lane, outputs, |s| Some(&mut s.deviations[k]), |o| &o.deviation[k]);
-        });
+        each(windows, |lane, window| window.take_smoothed_deviation(k, lane, outputs));
     }
     for k in 0..AIR_STATES {
         each(windows, |lane, window| {

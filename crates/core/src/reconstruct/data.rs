@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use crate::message::Message;
+use crate::reconstruct::deviations::Deviations;
 use crate::reconstruct::model::layout::{AIR_STATES, INPUTS, MEASUREMENTS, STATES};
 
 /// Inertial samples that drive the filter. All columns have the length of `time_s`.
@@ -41,7 +42,7 @@ pub struct Reconstruction {
     /// Filtered estimate of each state, SI.
     pub states: [Vec<f64>; STATES],
     /// Standard deviation of each state, SI.
-    pub deviations: [Vec<f64>; STATES],
+    pub deviations: [Deviations; STATES],
     /// Times of the inertial samples and of the measurements between them, s: equal to `time_s` where every measurement
     /// was taken at an inertial sample.
     pub update_time_s: Arc<[f64]>,
@@ -49,7 +50,7 @@ pub struct Reconstruction {
     pub innovations: [Vec<f64>; MEASUREMENTS],
     /// Predicted standard deviation of each innovation, the square root of the diagonal of `H P H' + R`; NaN where there was none,
     /// empty where the window has no sample of it. SI.
-    pub innovation_deviations: [Vec<f64>; MEASUREMENTS],
+    pub innovation_deviations: [Deviations; MEASUREMENTS],
     /// Normalised innovation squared of each time; NaN where nothing was measured.
     pub nis: Vec<f64>,
     /// Number of measurements at each time: the degrees of freedom of `nis`.
@@ -85,7 +86,7 @@ pub struct Smoothed {
     /// Smoothed estimate of each state, SI.
     pub states: [Vec<f64>; STATES],
     /// Its standard deviation, SI.
-    pub deviations: [Vec<f64>; STATES],
+    pub deviations: [Deviations; STATES],
     /// Air-data states, where the settings ask for any.
     pub air_data: Option<AirData>,
     /// What the iterated smoother minimises, after each of its passes; empty where it did not run. Sum of squares of the

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::message;
 use crate::prep::{Interpolation, resample};
 use crate::reconstruct::data::{FilterData, MeasurementSeries, Reconstruction};
+use crate::reconstruct::deviations::Deviations;
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::model::layout::{Measurement, STATES, State};
 
@@ -58,7 +59,6 @@ pub fn measured_path(data: &FilterData) -> Result<Reconstruction, ReconstructErr
         states[State::VelocityV as usize][k] = airspeed_m_s[k] * beta_rad[k].sin();
         states[State::VelocityW as usize][k] = ahead * alpha_rad[k].sin();
     }
-    let zeros = || vec![0.0; samples];
     let nothing = || vec![f64::NAN; samples];
     let mut warnings = vec![message!("path as measured: no filter, no biases removed")];
     if !missing.is_empty() {
@@ -66,11 +66,11 @@ pub fn measured_path(data: &FilterData) -> Result<Reconstruction, ReconstructErr
     }
     Ok(Reconstruction {
         states,
-        deviations: std::array::from_fn(|_| zeros()),
+        deviations: std::array::from_fn(|_| Deviations::constant(0.0, samples)),
         update_time_s: Arc::clone(&time_s),
         time_s,
         innovations: std::array::from_fn(|_| Vec::new()),
-        innovation_deviations: std::array::from_fn(|_| Vec::new()),
+        innovation_deviations: std::array::from_fn(|_| Vec::new().into()),
         nis: nothing(),
         nis_degrees: vec![0; samples],
         log_likelihood: f64::NAN,

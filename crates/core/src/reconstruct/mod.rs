@@ -6,6 +6,7 @@
 mod collect;
 pub mod consistency;
 mod data;
+mod deviations;
 mod error;
 mod events;
 mod filter;
@@ -22,6 +23,7 @@ mod smoother;
 pub mod tuning;
 
 pub use data::{AirData, FilterData, InputSeries, MeasurementSeries, Outlier, Reconstruction, Smoothed};
+pub use deviations::Deviations;
 pub use error::ReconstructError;
 pub(crate) use events::{check as check_samples, merged_steps};
 pub(crate) use filter::initial::initial_state;

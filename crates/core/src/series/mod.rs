@@ -14,6 +14,9 @@ use crate::quantity::Role;
 pub use decimate::{Band, Decimated, Pyramid, decimate, decimate_band};
 pub use gap::{gap_threshold_s, value_at};
 
+/// Samples beyond which a window is long: what can be formed again is not kept then, and large work goes one after the other.
+pub const LONG_WINDOW: usize = 1 << 16;
+
 /// Samples of one quantity against its own time. Both slices have one length; time increases strictly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {

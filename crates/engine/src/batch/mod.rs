@@ -28,7 +28,7 @@ mod parquet {
 pub use jobs::{BatchJob, jobs};
 pub use store::{Estimate, Finished, Store};
 pub use sweep::Sweep;
-pub use table::write;
+pub use table::{check_table, write};
 
 use crate::graph::{Cache, Control, guarded};
 use crate::report;

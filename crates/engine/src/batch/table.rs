@@ -5,13 +5,31 @@ use std::path::Path;
 use super::parquet::parquet;
 use super::store::{Estimate, Finished};
 use super::{BatchJob, Store};
-use crate::keep::replace;
+use crate::keep::{check_apart, replace};
+use crate::session::check_output;
 
 /// A column; what does not exist is `None`.
 pub(super) enum Column {
     Text(Vec<Option<String>>),
     Number(Vec<Option<f64>>),
     Count(Vec<Option<i64>>),
+}
+
+/// That the table of `jobs`, read from `sessions`, can be `out`.
+///
+/// # Errors
+/// One line for another ending than .parquet and .csv, and for a file that a job reads.
+pub fn check_table(jobs: &[BatchJob], sessions: &Path, out: &Path) -> Result<(), String> {
+    if !matches!(ending(out), Some("csv" | "parquet")) {
+        return Err(format!("{}: give the table the ending .parquet or .csv", out.display()));
+    }
+    check_apart(out, [sessions.to_path_buf()])?;
+    let read = jobs.iter().filter_map(|job| Some((job.session.as_ref().ok()?, &job.folder)));
+    read.into_iter().try_for_each(|(session, folder)| check_output(session, folder, out))
+}
+
+fn ending(out: &Path) -> Option<&str> {
+    out.extension()?.to_str()
 }
 
 /// Writes the table of `jobs` in one step, as Parquet or CSV after the ending of `out`.
@@ -23,7 +41,7 @@ pub fn write(jobs: &[BatchJob], store: &Store, out: &Path) -> Result<usize, Stri
         .collect::<Result<_, String>>()?;
     let columns = columns(&rows);
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", out.display());
-    let bytes = match out.extension().and_then(|ending| ending.to_str()) {
+    let bytes = match ending(out) {
         Some("csv") => csv(&columns).map_err(|error| failed(&error))?,
         Some("parquet") => parquet(&columns).map_err(|error| failed(&error))?,
         _ => return Err(failed(&"give the table the ending .parquet or .csv")),

@@ -63,6 +63,18 @@ pub fn replace_keeping_previous(path: &Path, bytes: &[u8]) -> io::Result<()> {
     replace(path, bytes)
 }
 
+/// That a file to be written is none of those `read`, which it would replace.
+///
+/// # Errors
+/// One line that names it.
+pub fn check_apart(written: &Path, read: impl IntoIterator<Item = PathBuf>) -> Result<(), String> {
+    let Ok(place) = written.canonicalize() else { return Ok(()) };
+    match read.into_iter().any(|path| path.canonicalize().is_ok_and(|path| path == place)) {
+        true => Err(format!("{} is read by this command: choose another name", written.display())),
+        false => Ok(()),
+    }
+}
+
 /// Removes what writers that were killed have left beside `path`.
 pub fn remove_leftovers(path: &Path) {
     sweep(folder_of(&target(path)));
@@ -75,9 +87,16 @@ fn previous_of(path: &Path) -> PathBuf {
     PathBuf::from(previous)
 }
 
-/// The file itself where `path` is a link to it.
+/// The file itself where `path` is a link to it, also to one that does not exist yet.
 fn target(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+    /// As many links as systems follow.
+    const MOST_LINKS: usize = 40;
+    let mut place = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(link) = place.read_link() else { break };
+        place = folder_of(&place).join(link);
+    }
+    place.canonicalize().unwrap_or(place)
 }
 
 /// Such as `/dev/null`, `/dev/stdout` or a named pipe.

@@ -7,7 +7,7 @@ mod manifest;
 mod sweep;
 
 pub(crate) use durable::sync_folder_of;
-pub use durable::{remove_leftovers, replace, replace_keeping_previous};
+pub use durable::{check_apart, remove_leftovers, replace, replace_keeping_previous};
 pub(crate) use folder::PrivateFolder;
 pub use folder::{Earlier, Put, PutError, Staging};
 pub(crate) use lock::describe_owner;

@@ -9,8 +9,8 @@ use doublet_core::model::Variable;
 use doublet_core::prep::Differentiation;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{
-    FilterData, FilterSettings, FilteredSample, InputSeries, MEASUREMENTS, MeasurementSeries, Reconstruction, STATES,
-    SequentialFilter, State, ValidSettings,
+    Deviations, FilterData, FilterSettings, FilteredSample, InputSeries, MEASUREMENTS, MeasurementSeries,
+    Reconstruction, STATES, SequentialFilter, State, ValidSettings,
 };
 use doublet_core::series::{Recording, TimeRange, gap_threshold_s};
 
@@ -497,11 +497,11 @@ fn reconstruction(path: &VecDeque<FilteredSample>, times: &Arc<[f64]>) -> Recons
     let zeros = || vec![0.0; times.len()];
     Reconstruction {
         states,
-        deviations: std::array::from_fn(|_| zeros()),
+        deviations: std::array::from_fn(|_| Deviations::constant(0.0, times.len())),
         update_time_s: Arc::clone(times),
         time_s: Arc::clone(times),
         innovations: std::array::from_fn(|_| Vec::new()),
-        innovation_deviations: std::array::from_fn(|_| Vec::new()),
+        innovation_deviations: std::array::from_fn(|_| Vec::new().into()),
         nis: zeros(),
         nis_degrees: vec![0; times.len()],
         log_likelihood: f64::NAN,

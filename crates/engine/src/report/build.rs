@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 
 use doublet_core::airframe::instruments::StatedNoise;
-use doublet_core::model::LONG_WINDOW;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{AirData, AirState, Method, State};
-use doublet_core::series::{Recording, TimeRange};
+use doublet_core::series::{LONG_WINDOW, Recording, TimeRange};
 use doublet_core::statistics::{NORMAL_95, sample_rate_hz};
 
 use super::manoeuvre_map::{MapOf, manoeuvre_map};
@@ -273,7 +272,7 @@ fn state_row(state: State, path: &WindowPath) -> Option<StateRow> {
         state: state.name(),
         unit: state.dimension().si_symbol(),
         estimate: *reconstruction.states[state as usize].last()?,
-        deviation: *reconstruction.deviations[state as usize].last()?,
+        deviation: reconstruction.deviations[state as usize].last()?,
         last_second_mean: last_second_mean(&reconstruction.time_s, &reconstruction.states[state as usize]),
         truth: truth.map(|truth| truth.last),
         mean_squared_normalised_error: truth.map(|truth| truth.mean_squared_normalised_error),

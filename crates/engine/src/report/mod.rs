@@ -33,7 +33,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use doublet_core::model::LONG_WINDOW;
+use doublet_core::series::LONG_WINDOW;
 use thiserror::Error;
 
 pub use anticipation::{AnticipationChart, anticipation_chart};

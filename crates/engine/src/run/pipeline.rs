@@ -6,9 +6,9 @@ use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use doublet_core::airframe::LoadedState;
-use doublet_core::model::LONG_WINDOW;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, FilterSettings, Reconstruction, lane_groups};
+use doublet_core::series::LONG_WINDOW;
 use rayon::prelude::*;
 
 use super::snapshot_builder::{SnapshotBuilder, first_snapshot};
@@ -523,8 +523,8 @@ impl<'a> Run<'a> {
 
     /// Derivatives of all windows together.
     fn pool(&self, session: &Session, windows: &[StudyWindow<'_>]) -> Result<Keyed<PooledFits>, Cancelled> {
-        let aero: Vec<_> = windows.iter().map(|window| (window.manoeuvre, &window.aero)).collect();
-        let pooled = self.context.get::<PooledFits>((&session.structure, &session.estimation), &aero);
+        let formed: Vec<_> = windows.iter().map(|window| (window.manoeuvre, &window.aero, &window.fits)).collect();
+        let pooled = self.context.get::<PooledFits>((&session.structure, &session.estimation), &formed);
         let pooled = self.store_result(pooled, |snapshot| &mut snapshot.pooled)?.ok_or(Cancelled)?;
         // Derivatives are shown at once; the errors of the path, which take a path more for each, follow.
         self.builder.publish_now();

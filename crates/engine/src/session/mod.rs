@@ -57,7 +57,7 @@ pub use fix::Fix;
 pub use flags::{WindowFlag, WindowFlags};
 pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
-pub use paths::{leads_out, path_warning, paths, relative_to};
+pub use paths::{check_output, leads_out, path_warning, paths, relative_to};
 pub use preparation::{AngularAcceleration, ControlLags, MomentReference, Preparation};
 pub use refused::{CandidateEdit, RefusedCandidate};
 pub use report_figure::{ReportFigure, ReportFigureEdit};

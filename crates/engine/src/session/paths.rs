@@ -5,6 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use super::{MapRef, Session};
 use crate::builtin;
+use crate::keep::check_apart;
 
 /// Whether a path is not below the session's folder: a session from elsewhere could point at any file of this machine. What comes with
 /// the program is below it.
@@ -32,6 +33,14 @@ pub fn paths(session: &Session) -> impl Iterator<Item = &str> {
         files.flatten().chain(flight.instruments.iter().map(|setting| setting.file.as_str()))
     });
     session.aircraft.as_deref().into_iter().chain(of_flights)
+}
+
+/// That a file to be written is none of those the session names; its relative paths start from `folder`.
+///
+/// # Errors
+/// One line that names it.
+pub fn check_output(session: &Session, folder: &Path, written: &Path) -> Result<(), String> {
+    check_apart(written, paths(session).map(|path| folder.join(path)))
 }
 
 /// Every path a session names, to be changed.

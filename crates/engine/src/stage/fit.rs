@@ -5,9 +5,9 @@ use std::sync::{Arc, OnceLock};
 use doublet_core::estimate::{
     Coloured, Constraint, Fit, FitQuality, Origin, PooledFit, PooledRegression, PooledWindow,
 };
-use doublet_core::model::{Coefficient, LONG_WINDOW, Structure, Term, Variable, regressors};
+use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
 use doublet_core::reconstruct::Measurement;
-use doublet_core::series::Series;
+use doublet_core::series::{LONG_WINDOW, Series};
 use doublet_core::statistics::{median, squares_about_mean};
 use rayon::prelude::*;
 
@@ -49,7 +49,7 @@ pub struct CoefficientFit {
 /// A coefficient over the window it was fitted in.
 #[derive(Clone, Debug)]
 pub struct FittedSeries {
-    observed: Series,
+    pub observed: Series,
     /// Observed less fitted.
     pub residual: Series,
     /// Time between samples, s.
@@ -131,14 +131,18 @@ impl Stage for WindowFits {
 
 impl Stage for PooledFits {
     type Params<'a> = (&'a Structure, &'a Estimation);
-    type Inputs<'a> = &'a [(&'a Manoeuvre, &'a Keyed<WindowAero>)];
+    type Inputs<'a> = &'a [(&'a Manoeuvre, &'a Keyed<WindowAero>, &'a Keyed<WindowFits>)];
     type Output = Self;
     const NAME: &'static str = "pooled estimate";
 
-    fn run((structure, estimation): Self::Params<'_>, windows: Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
+    fn run((structure, estimation): Self::Params<'_>, inputs: Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
         let windows: Vec<AeroWindow<'_>> =
-            windows.iter().map(|(manoeuvre, aero)| (*manoeuvre, Arc::clone(aero.shared()))).collect();
-        Ok(pooled_fits(&windows, structure, estimation))
+            inputs.iter().map(|(manoeuvre, aero, _)| (*manoeuvre, Arc::clone(aero.shared()))).collect();
+        let own = |manoeuvre: &Manoeuvre, coefficient: Coefficient| {
+            let (.., fits) = inputs.iter().find(|(other, ..)| other.name == manoeuvre.name)?;
+            fits.fits.iter().find(|fit| fit.coefficient == coefficient)
+        };
+        Ok(pooled_fits_by(&windows, structure, estimation, &own))
     }
 }
 
@@ -279,13 +283,33 @@ type Model<'m, 's> = (Coefficient, &'m Vec<Term>, Vec<&'m AeroWindow<'s>>);
 /// Fits every coefficient of the structure over all identification windows and predicts every window not ignored. With long windows one
 /// coefficient after the other: the spectra of the residuals of one take a tenth of what the window takes.
 pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation: &Estimation) -> PooledFits {
+    pooled_fits_by(windows, structure, estimation, &|_, _| None)
+}
+
+/// Finds the fit of a coefficient in one window by itself, where that is known.
+type OwnFit<'f> = dyn Fn(&Manoeuvre, Coefficient) -> Option<&'f CoefficientFit> + Sync + 'f;
+
+/// [`pooled_fits`] with the fits of single windows: that of the only window with all terms is the pooled one.
+fn pooled_fits_by(
+    windows: &[AeroWindow<'_>],
+    structure: &Structure,
+    estimation: &Estimation,
+    own: &OwnFit<'_>,
+) -> PooledFits {
     let models = structure
         .models
         .iter()
         .map(|(coefficient, terms)| (*coefficient, terms, identification(*coefficient, terms, windows, estimation)));
     let models: Vec<Model<'_, '_>> = models.filter(|(_, _, used)| !used.is_empty()).collect();
-    let fit =
-        |(coefficient, terms, used): &Model<'_, '_>| coefficient_fit(*coefficient, terms, used, estimation, Vec::new());
+    let fit = |(coefficient, terms, used): &Model<'_, '_>| {
+        let known = match used[..] {
+            [(manoeuvre, aero)] if window_terms(*coefficient, terms, aero, estimation).1.is_empty() => {
+                own(manoeuvre, *coefficient)
+            }
+            _ => None,
+        };
+        known.cloned().unwrap_or_else(|| coefficient_fit(*coefficient, terms, used, estimation, Vec::new()))
+    };
     let longest = windows.iter().map(|(_, aero)| aero.coefficients.time_s.len()).max().unwrap_or(0);
     let together = if longest > LONG_WINDOW { models.len() } else { 1 };
     // The coefficients know nothing of each other; their order is that of the structure.
@@ -394,14 +418,18 @@ fn stacked_fit(
     let weighted = weighted(&measured, estimation.weights)?;
     let regression = weighted.as_ref().unwrap_or(&measured);
     let pooled = regression.fit()?;
-    let coloured = pooled.coloured_covariance(&regression.windows, &Coloured::default())?;
+    let between = pooled.errors_between_windows(&regression.windows);
+    let coloured = |windows| pooled.coloured_covariance_of(windows, &Coloured::default());
+    let (coloured, fit) = match weighted {
+        None => (coloured(measured.windows)?, pooled.fit),
+        Some(weighted) => (coloured(weighted.windows)?, with_measured_residuals(pooled, &measured)),
+    };
     let noise: Vec<f64> = coloured.diagonal().iter().map(|variance| variance.sqrt()).collect();
     let mut errors = noise.clone();
     // Noise that is stationary inside windows explains the first; a model that fits no manoeuvre exactly shows between them.
-    if let Some(between) = pooled.errors_between_windows(&regression.windows) {
+    if let Some(between) = between {
         errors.iter_mut().zip(between).for_each(|(error, between)| *error = error.max(between));
     }
-    let fit = if weighted.is_some() { with_measured_residuals(pooled, &measured) } else { pooled.fit };
     Ok((fit, [errors, noise]))
 }
 

@@ -9,11 +9,11 @@ use doublet_core::message::quoted;
 use crate::graph::StageResult;
 use crate::session::{Finding, Level};
 
-/// Memory that a sample takes at most until its results are written, bytes: what `crates/cli/tests/cli/windows.rs` measures, and 60 columns
-/// for what its recording does not have: further measurements, engines, fuel, samples that are not those of the recording.
-const MOST_BYTES_PER_SAMPLE: u64 = 2_000;
+/// Memory that a sample takes at most until its results are written, bytes: what `crates/cli/tests/cli/windows.rs` measures, and 80 columns
+/// for what its recording does not have: other manoeuvres, further measurements, engines, fuel, samples that are not those of the recording.
+const MOST_BYTES_PER_SAMPLE: u64 = 1_800;
 /// Memory that a sample takes, bytes: as measured over a million samples (`docs/reliability.md`).
-const BYTES_PER_SAMPLE: u64 = 1_450;
+const BYTES_PER_SAMPLE: u64 = 1_200;
 /// Need up to which the memory available is not looked up, bytes.
 const SMALL_BYTES: u64 = 100_000_000;
 const GIGABYTE: f64 = 1e9;
@@ -81,7 +81,7 @@ mod tests {
         assert_eq!(fit_in(4_000_000, None), Ok(()));
         let message = fit_in(4_000_000, Some(4_000_000_000)).unwrap_err().to_string();
         assert!(
-            message.contains("4000000 samples") && message.contains("8.0 GB") && message.contains("4.0 GB"),
+            message.contains("4000000 samples") && message.contains("7.2 GB") && message.contains("4.0 GB"),
             "{message}"
         );
     }
@@ -89,12 +89,12 @@ mod tests {
     #[test]
     fn manoeuvres_beyond_the_memory_available_are_a_caution() {
         let manoeuvres = || [("short", 100_000), ("long", 1_900_000)].into_iter();
-        // 2,000,000 samples of 1,450 bytes are 2.9 GB.
-        assert_eq!(shortage(manoeuvres(), || Some(2_900_000_000)), None);
+        // 2,000,000 samples of 1,200 bytes are 2.4 GB.
+        assert_eq!(shortage(manoeuvres(), || Some(2_400_000_000)), None);
         assert_eq!(shortage(manoeuvres(), || None), None);
         let finding = shortage(manoeuvres(), || Some(2_000_000_000)).unwrap();
         assert_eq!((finding.code, finding.level), ("memory", Level::Caution));
-        assert_eq!((finding.figure, finding.limit), (Some(2.9), Some(2.0)));
+        assert_eq!((finding.figure, finding.limit), (Some(2.4), Some(2.0)));
         assert!(finding.text.to_string().contains("'long'"), "{}", finding.text);
         // A small need does not depend on the machine.
         assert_eq!(shortage([("small", 60_000)].into_iter(), || Some(0)), None);

@@ -10,8 +10,8 @@ use doublet_core::message::Message;
 use doublet_core::quantity::Dimension;
 use doublet_core::reconstruct::consistency::{Consistency, Disagreement, consistency, filter_smoother_disagreement};
 use doublet_core::reconstruct::{
-    FilterData, FilterSettings, MEASUREMENTS, Measurement, MeasurementSeries, Reconstruction, STATES, State,
-    measured_path, reconstruct_many,
+    Deviations, FilterData, FilterSettings, MEASUREMENTS, Measurement, MeasurementSeries, Reconstruction, STATES,
+    State, measured_path, reconstruct_many,
 };
 use doublet_core::series::Series;
 use rayon::prelude::*;
@@ -259,14 +259,14 @@ fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstructi
     let states = reconstruction.states.each_ref().map(series);
     let smoothed = reconstruction.smoothed.as_ref().map(|smoothed| SmoothedSeries {
         states: smoothed.states.each_ref().map(series),
-        deviations: smoothed.deviations.each_ref().map(shared),
+        deviations: smoothed.deviations.each_ref().map(|column| column.iter().collect()),
     });
     let path = smoothed.as_ref().map_or(&states, |smoothed| &smoothed.states);
     let columns = measurements_of(&path.each_ref().map(|state| Arc::clone(&state.values)));
     let reconstructed =
         columns.map(|values| Series { time_s: Arc::clone(&reconstruction.time_s), values: values.into() });
     PathSeries {
-        deviations: reconstruction.deviations.each_ref().map(shared),
+        deviations: reconstruction.deviations.each_ref().map(|column| column.iter().collect()),
         smoothed,
         truth: std::array::from_fn(|at| {
             known[at].as_ref().map(|truth| on_turn_of(&states[at], State::ALL[at].dimension(), truth))
@@ -285,7 +285,7 @@ fn path_series(known: &[Option<Series>; STATES], data: &FilterData, reconstructi
             on_turn_of(&reconstructed[at], Measurement::ALL[at].dimension(), &outliers)
         }),
         innovations: reconstruction.innovations.each_ref().map(updates),
-        innovation_deviations: reconstruction.innovation_deviations.each_ref().map(|column| hold_last(column)),
+        innovation_deviations: reconstruction.innovation_deviations.each_ref().map(hold_last),
         innovation_zero: updates(&vec![0.0; reconstruction.update_time_s.len()]),
         nis: updates(&reconstruction.nis),
         reconstructed,
@@ -307,9 +307,9 @@ fn on_turn_of(reference: &Series, dimension: Dimension, series: &Series) -> Seri
 }
 
 /// `column` with the last finite value in place of what is not a number; before the first finite value that one.
-fn hold_last(column: &[f64]) -> Arc<[f64]> {
-    let mut last = column.iter().copied().find(|value| value.is_finite()).unwrap_or(f64::NAN);
-    let hold = |&value: &f64| {
+fn hold_last(column: &Deviations) -> Arc<[f64]> {
+    let mut last = column.iter().find(|value| value.is_finite()).unwrap_or(f64::NAN);
+    let hold = |value: f64| {
         if value.is_finite() {
             last = value;
         }

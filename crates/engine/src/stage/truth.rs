@@ -41,7 +41,7 @@ fn truth_error(state: State, truth: &Series, reconstruction: &Reconstruction) ->
         if time >= start {
             let error = reconstruction.states[index][sample] - last;
             let error = if is_angle(state) { wrap(error) } else { error };
-            sum += (error / reconstruction.deviations[index][sample]).powi(2);
+            sum += (error / reconstruction.deviations[index].at(sample)).powi(2);
             count += 1.0;
         }
     }

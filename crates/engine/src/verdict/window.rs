@@ -271,7 +271,7 @@ impl Apart {
                 continue;
             }
             samples += 1;
-            let (before, after) = (run.deviations[k][index], smoothed.deviations[k][index]);
+            let (before, after) = (run.deviations[k].at(index), smoothed.deviations[k].at(index));
             let deviation = (before * before - after * after).max((0.1 * before).powi(2)).sqrt();
             let apart = (run.states[k][index] - smoothed.states[k][index]).abs() / deviation;
             outside += usize::from(apart > SMOOTHER_BAND);

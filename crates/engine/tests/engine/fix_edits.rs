@@ -133,7 +133,7 @@ fn part_where_filter_and_smoother_disagree_is_excluded_or_gusts_are_estimated_or
             let (run, k) = (&mut path.reconstruction, State::VelocityW as usize);
             let smoothed = run.smoothed.as_mut().unwrap();
             for index in 200..200 + samples {
-                smoothed.states[k][index] = run.states[k][index] + by * run.deviations[k][index];
+                smoothed.states[k][index] = run.states[k][index] + by * run.deviations[k].at(index);
             }
         });
         snapshot

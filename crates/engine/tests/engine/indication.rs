@@ -22,7 +22,8 @@ use std::path::{Path, PathBuf};
 
 use doublet_core::reconstruct::tuning::noise::likelihood;
 use doublet_core::reconstruct::{
-    FilterData, FilterSettings, Method, Reconstruction, State, ValidSettings, Width, lanes, reconstruct_with,
+    Deviations, FilterData, FilterSettings, Method, Reconstruction, State, ValidSettings, Width, lanes,
+    reconstruct_with,
 };
 use doublet_engine::run::Snapshot;
 use doublet_engine::session::{self, PathSource, Session};
@@ -58,25 +59,21 @@ impl Table {
 
     /// Everything a reconstruction holds.
     fn path(&mut self, name: &str, run: &Reconstruction) {
-        let mut columns: Vec<&[f64]> = Vec::new();
-        columns.extend(run.states.iter().chain(&run.deviations).map(Vec::as_slice));
+        let deviations = |columns: &[Deviations]| columns.iter().map(Deviations::to_vec).collect::<Vec<_>>();
+        let mut columns: Vec<Vec<f64>> = [&run.states[..], &deviations(&run.deviations)].concat();
         let absent = vec![f64::NAN; run.update_time_s.len()];
-        let innovations = run.innovations.iter().chain(&run.innovation_deviations);
-        columns.extend(innovations.map(|column| if column.is_empty() { absent.as_slice() } else { column }));
-        columns.extend([
-            run.nis.as_slice(),
-            run.final_covariance.as_slice(),
-            std::slice::from_ref(&run.log_likelihood),
-        ]);
+        let innovations = [&run.innovations[..], &deviations(&run.innovation_deviations)].concat();
+        columns.extend(innovations.into_iter().map(|column| if column.is_empty() { absent.clone() } else { column }));
+        columns.extend([run.nis.clone(), run.final_covariance.as_slice().to_vec(), vec![run.log_likelihood]]);
         let air_data = run.air_data.iter().chain(run.smoothed.iter().filter_map(|smoothed| smoothed.air_data.as_ref()));
         for found in air_data {
-            columns.extend(found.states.iter().chain(&found.deviations).map(Vec::as_slice));
+            columns.extend(found.states.iter().chain(&found.deviations).cloned());
         }
         if let Some(smoothed) = &run.smoothed {
-            columns.extend(smoothed.states.iter().chain(&smoothed.deviations).map(Vec::as_slice));
-            columns.push(&smoothed.costs);
+            columns.extend([&smoothed.states[..], &deviations(&smoothed.deviations)].concat());
+            columns.push(smoothed.costs.clone());
         }
-        self.bits(name, columns);
+        self.bits(name, columns.iter().map(Vec::as_slice));
     }
 
     fn fits(&mut self, place: &str, fits: &[CoefficientFit]) {
@@ -101,7 +98,7 @@ impl Table {
         for row in [run.time_s.len() / 2, run.time_s.len() - 1] {
             for state in State::ALL {
                 let k = state as usize;
-                let mut values = vec![run.states[k][row], run.deviations[k][row]];
+                let mut values = vec![run.states[k][row], run.deviations[k].at(row)];
                 values.extend(run.smoothed.iter().map(|smoothed| smoothed.states[k][row]));
                 self.numbers(&format!("{name} {} at {row}:", state.name()), &values);
             }

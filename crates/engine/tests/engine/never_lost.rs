@@ -294,10 +294,9 @@ fn a_session_that_cannot_be_read_names_the_version_before_it() {
     assert!(message.contains("nonsense") && message.contains("flight.toml.bak"), "{message}");
 }
 
-#[cfg(unix)]
 /// `/dev/null` and `/dev/stdout` are such files too: as root, a rename would put a file in their place.
-#[test]
 #[cfg(unix)]
+#[test]
 fn a_pipe_is_written_to_and_stays_a_pipe() {
     use std::os::unix::fs::FileTypeExt;
     let folder = tempfile::tempdir().unwrap();
@@ -310,6 +309,7 @@ fn a_pipe_is_written_to_and_stays_a_pipe() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
+#[cfg(unix)]
 #[test]
 fn a_saved_file_keeps_its_permissions_and_its_links() {
     use std::os::unix::fs::PermissionsExt;

@@ -6,8 +6,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use doublet_engine::graph::{Cache, Context, Control, Footprint, Stage, StageError, StageResult};
-use doublet_engine::run::{DetailRequest, Details, Engine, Request};
+use doublet_engine::live::{Feed, Opening};
+use doublet_engine::run::{DetailRequest, Details, Engine, InquiryRequest, LiveOrder, LiveThread, Request};
 use doublet_engine::session;
+
+use crate::live;
 
 struct Number(u64);
 
@@ -185,4 +188,72 @@ fn a_panic_of_a_job_reaches_the_snapshot_as_one_line_and_the_next_job_runs() {
     let shown = wait();
     assert!(shown.details.error().is_some_and(is_line), "{:?}", shown.details.error());
     assert!(look(&engine, &DetailRequest::default()).window.is_none());
+}
+
+/// Panics once in the thread of a name.
+fn panics_in(thread: &'static str) -> impl Fn() + Send + Sync {
+    let due = AtomicUsize::new(1);
+    move || {
+        let is_there = std::thread::current().name() == Some(thread);
+        let is_due = is_there && due.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).is_ok();
+        assert!(!is_due, "a worker that panics");
+    }
+}
+
+/// Whether a line says where the program is at fault and what happened.
+fn is_fault(line: &str) -> bool {
+    line.contains("internal error of doublet at") && line.contains("a worker that panics") && !line.contains('\n')
+}
+
+#[test]
+fn a_panic_of_the_experiments_is_said_in_their_rows_and_they_are_computed_again() {
+    let mut session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
+    session.flights[0].recordings[0].path = "absent.csv".to_owned();
+    let engine = Engine::start(Arc::new(Cache::new(1 << 20)), panics_in("doublet-experiments")).unwrap();
+    let (folder, cause) = (PathBuf::from("."), "test".to_owned());
+    let session = Arc::new(session);
+    engine.request(Request { session, folder, first: None, studies: Vec::new(), cause, fresh: true });
+    let errors = || {
+        let begun = Instant::now();
+        while engine.is_busy() || engine.has_details_due() {
+            assert!(begun.elapsed() < Duration::from_secs(300), "it ends");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        let rows = engine.snapshot().inquiries.experiments.0.clone();
+        rows.iter().filter_map(|(_, slot)| slot.error().map(str::to_owned)).collect::<Vec<_>>()
+    };
+    let ask = |experiments| {
+        let inquiry = InquiryRequest { experiments, ..InquiryRequest::default() };
+        engine.request_details(&DetailRequest { inquiry, ..DetailRequest::default() });
+    };
+    assert!(errors().is_empty());
+    ask(true);
+    let found = errors();
+    assert!(found.iter().any(|line| is_fault(line)), "{found:?}");
+    ask(false);
+    ask(true);
+    let found = errors();
+    assert!(!found.is_empty() && found.iter().all(|line| line.contains("absent.csv")), "{found:?}");
+}
+
+#[test]
+fn a_panic_while_a_flight_is_watched_ends_it_with_a_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("growing.csv");
+    std::fs::write(&path, live::text()[..200].join("\n") + "\n").unwrap();
+    let opening = Opening {
+        feed: Some(Feed::File(path.display().to_string())),
+        map: Some(live::map_in(folder.path()).display().to_string()),
+        aircraft: Some("c337f".to_owned()),
+        ..Opening::default()
+    };
+    let order = LiveOrder { opening, ..LiveOrder::default() };
+    let watched = LiveThread::start(order, panics_in("doublet-live")).unwrap();
+    let begun = Instant::now();
+    while !watched.view().is_finished {
+        assert!(begun.elapsed() < Duration::from_secs(60), "it ends");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let error = watched.view().error.clone().unwrap_or_default();
+    assert!(error.starts_with("live: ") && is_fault(&error), "{error}");
 }

@@ -147,7 +147,7 @@ fn reasons_about_the_flight_path_fire_beyond_their_limits_only() {
                 let k = State::VelocityW as usize;
                 let smoothed = run.smoothed.as_mut().unwrap();
                 for index in 200..200 + samples {
-                    smoothed.states[k][index] = run.states[k][index] + by * run.deviations[k][index];
+                    smoothed.states[k][index] = run.states[k][index] + by * run.deviations[k].at(index);
                 }
             });
         },

@@ -188,10 +188,10 @@ mod tests {
         innovations[Measurement::Airspeed as usize] = sequence.collect();
         Reconstruction {
             states: std::array::from_fn(|_| Vec::new()),
-            deviations: std::array::from_fn(|_| Vec::new()),
+            deviations: std::array::from_fn(|_| Vec::new().into()),
             update_time_s: time_s.clone(),
             innovations,
-            innovation_deviations: std::array::from_fn(|_| vec![1.0; samples]),
+            innovation_deviations: std::array::from_fn(|_| vec![1.0; samples].into()),
             nis: vec![1.0; samples],
             nis_degrees: vec![1; samples],
             final_covariance: nalgebra::SMatrix::<f64, STATES, STATES>::identity(),

@@ -154,7 +154,7 @@ pub fn weak_states(run: &Reconstruction, limit: f64) -> Vec<WeakState> {
     let mut weak = Vec::new();
     for state in State::ALL {
         let k = state as usize;
-        let initial = run.deviations[k].first().copied().unwrap_or(0.0);
+        let initial = run.deviations[k].get(0).unwrap_or(0.0);
         let remaining = p[(k, k)].sqrt() / initial;
         if initial > 0.0 && remaining > limit {
             let correlation = |other: &State| {

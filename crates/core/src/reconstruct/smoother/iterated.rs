@@ -64,7 +64,7 @@ fn movement(before: &Smoothed, now: &Smoothed) -> f64 {
     let mut largest: f64 = 0.0;
     for ((before, now), deviations) in before.states.iter().zip(&now.states).zip(&now.deviations) {
         for ((before, now), deviation) in before.iter().zip(now).zip(deviations) {
-            if *deviation > 0.0 {
+            if deviation > 0.0 {
                 largest = largest.max((now - before).abs() / deviation);
             }
         }

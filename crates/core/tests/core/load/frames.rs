@@ -153,7 +153,7 @@ fn tables_of_one_flight_in_twelve_forms_give_one_reconstruction() {
             let k = state as usize;
             // Of biases and wind, which are next to nothing here, the deviation is the measure.
             let size = reference.states[k].iter().zip(&reference.deviations[k]);
-            let size = size.map(|(value, deviation)| value.abs().max(*deviation)).fold(0.0, f64::max);
+            let size = size.map(|(value, deviation)| value.abs().max(deviation)).fold(0.0, f64::max);
             let apart = found.states[k].iter().zip(&reference.states[k]).map(|(a, b)| (a - b).abs());
             let apart = apart.fold(0.0, f64::max) / size;
             assert!(apart < 1e-6, "{file}: {} {apart:.1e}", state.name());

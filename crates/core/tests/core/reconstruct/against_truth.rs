@@ -12,7 +12,8 @@ pub fn normalised_errors(run: &Reconstruction, truth: &[Vec<f64>; STATES], from_
     for (k, error) in errors.iter_mut().enumerate() {
         let rows = first..run.time_s.len().min(truth[k].len());
         let count = rows.len() as f64;
-        *error = rows.map(|i| ((run.states[k][i] - truth[k][i]) / run.deviations[k][i]).powi(2)).sum::<f64>() / count;
+        *error =
+            rows.map(|i| ((run.states[k][i] - truth[k][i]) / run.deviations[k].at(i)).powi(2)).sum::<f64>() / count;
     }
     errors
 }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use doublet_core::reconstruct::{
-    FilterData, FilterSettings, Measurement, ReconstructError, Reconstruction, State, Width, reconstruct,
+    Deviations, FilterData, FilterSettings, Measurement, ReconstructError, Reconstruction, State, Width, reconstruct,
     reconstruct_many, reconstruct_with,
 };
 
@@ -149,7 +149,11 @@ fn a_known_bias_stays_where_it_is() {
 }
 
 fn finite(result: &Reconstruction) -> bool {
-    result.states.iter().chain(&result.deviations).flatten().all(|value| value.is_finite())
+    all_finite(&result.states, &result.deviations)
+}
+
+fn all_finite(states: &[Vec<f64>; 18], deviations: &[Deviations; 18]) -> bool {
+    states.iter().flatten().all(|value| value.is_finite()) && deviations.iter().flatten().all(f64::is_finite)
 }
 
 #[test]
@@ -165,7 +169,7 @@ fn extreme_noise_settings_fall_back_smoothed_and_say_so_or_name_an_error() {
             Ok(result) => {
                 assert!(finite(&result));
                 let smoothed = result.smoothed.as_ref().unwrap();
-                assert!(smoothed.states.iter().chain(&smoothed.deviations).flatten().all(|value| value.is_finite()));
+                assert!(all_finite(&smoothed.states, &smoothed.deviations));
                 println!("{factor}: {:?}", result.warnings);
                 fallen_back +=
                     usize::from(result.warnings.iter().any(|warning| warning.to_string().contains("Joseph")));
@@ -239,7 +243,7 @@ fn states_known_exactly_at_the_start_are_filtered_and_smoothed() {
                 assert!(deviations.iter().all(|deviation| deviation.is_finite()), "{state:?}");
                 // The limit of ever better knowledge: no jump between a zero and a billionth.
                 assert!(
-                    deviations[0] < 1e-8 && (states[0] - nearly.states[state as usize][0]).abs() < 1e-7,
+                    deviations.at(0) < 1e-8 && (states[0] - nearly.states[state as usize][0]).abs() < 1e-7,
                     "{state:?}"
                 );
             }

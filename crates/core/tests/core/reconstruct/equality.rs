@@ -119,11 +119,11 @@ fn largest_difference(run: &Reconstruction, other: &Reconstruction) -> f64 {
             (&smoothed.states[k], &smoothed.deviations[k], &other_smoothed.states[k], &other_smoothed.deviations[k]),
         ] {
             assert_eq!(states.len(), others.len());
-            let least = KNOWN * deviations.iter().copied().fold(1e-9, f64::max);
+            let least = KNOWN * deviations.iter().fold(1e-9, f64::max);
             for i in 0..states.len() {
-                let scale = deviations[i].max(least);
+                let scale = deviations.at(i).max(least);
                 largest = largest.max((states[i] - others[i]).abs() / scale);
-                largest = largest.max((deviations[i] - other_deviations[i]).abs() / scale);
+                largest = largest.max((deviations.at(i) - other_deviations.at(i)).abs() / scale);
             }
         }
     }

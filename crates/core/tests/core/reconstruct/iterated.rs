@@ -22,7 +22,7 @@ fn largest_movement(a: &Smoothed, b: &Smoothed) -> f64 {
     let mut largest: f64 = 0.0;
     for k in 0..18 {
         for i in 0..a.states[k].len() {
-            largest = largest.max((a.states[k][i] - b.states[k][i]).abs() / b.deviations[k][i]);
+            largest = largest.max((a.states[k][i] - b.states[k][i]).abs() / b.deviations[k].at(i));
         }
     }
     largest

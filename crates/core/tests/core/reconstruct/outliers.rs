@@ -55,7 +55,7 @@ fn spikes_are_left_out_and_nothing_else() {
         let last = found.time_s.len() - 1;
         for state in 0..found.states.len() {
             let error = found.states[state][last] - expected.states[state][last];
-            assert!(error.abs() < 0.2 * found.deviations[state][last], "{method:?} state {state}");
+            assert!(error.abs() < 0.2 * found.deviations[state].at(last), "{method:?} state {state}");
         }
     }
 }

@@ -237,7 +237,7 @@ fn a_delay_that_is_set_is_taken_out() {
         (run(&late, &settings), run(&late, &FilterSettings { measurement_delay_s: [0.0; 12], ..settings.clone() }));
     let off = |other: &doublet_core::reconstruct::Reconstruction| {
         (0..18)
-            .map(|k| ((other.states[k][999] - expected.states[k][999]) / expected.deviations[k][999]).abs())
+            .map(|k| ((other.states[k][999] - expected.states[k][999]) / expected.deviations[k].at(999)).abs())
             .fold(0.0, f64::max)
     };
     println!("{:.1e} {:.1e}", off(&found), off(&ignored));

@@ -75,13 +75,13 @@ pub fn largest_difference_of(result: &Reconstruction, steps: &[Step], settings: 
             for i in 0..18 {
                 let sigma = p[(i, i)].sqrt();
                 largest = largest.max((x[i] - result.states[i][row]).abs() / sigma);
-                largest = largest.max((sigma - result.deviations[i][row]).abs() / sigma);
+                largest = largest.max((sigma - result.deviations[i].at(row)).abs() / sigma);
             }
         }
         for m in (0..12).filter(|&m| step.present[m]) {
             let sigma = told.innovation_covariance[(m, m)].sqrt();
             largest = largest.max((told.innovation[m] - result.innovations[m][k + 1]).abs() / sigma);
-            largest = largest.max((sigma - result.innovation_deviations[m][k + 1]).abs() / sigma);
+            largest = largest.max((sigma - result.innovation_deviations[m].at(k + 1)).abs() / sigma);
         }
         if step.present.contains(&true) {
             largest = largest.max((told.nis - result.nis[k + 1]).abs() / 12.0);

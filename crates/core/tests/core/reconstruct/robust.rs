@@ -38,7 +38,7 @@ fn a_large_innovation_corrects_as_one_at_the_limit() {
         let plain = run(&one_measurement(&citation.data, 0.0), &settings(method, 0.0));
         let north = Measurement::PositionNorth as usize;
         let row = plain.innovations[north].iter().rposition(|innovation| innovation.is_finite()).unwrap();
-        let (innovation, deviation) = (plain.innovations[north][row], plain.innovation_deviations[north][row]);
+        let (innovation, deviation) = (plain.innovations[north][row], plain.innovation_deviations[north].at(row));
         let with = |deviations: f64, limit: f64| {
             run(&one_measurement(&citation.data, deviations * deviation - innovation), &settings(method, limit))
         };
@@ -46,14 +46,14 @@ fn a_large_innovation_corrects_as_one_at_the_limit() {
         let last = plain.time_s.len() - 1;
         let mut moved: f64 = 0.0;
         for state in 0..STATES {
-            let sigma = at_limit.deviations[state][last];
+            let sigma = at_limit.deviations[state].at(last);
             let difference = |run: &Reconstruction| (run.states[state][last] - at_limit.states[state][last]) / sigma;
             let error = difference(&robust);
             assert!(error.abs() < 1e-6, "{method:?} state {state}: {error}");
             moved = moved.max(difference(&plain).abs());
         }
         assert!(moved > 5.0, "{method:?}: {moved}");
-        approx::assert_relative_eq!(robust.innovation_deviations[north][row], deviation, max_relative = 1e-9);
+        approx::assert_relative_eq!(robust.innovation_deviations[north].at(row), deviation, max_relative = 1e-9);
     }
 }
 

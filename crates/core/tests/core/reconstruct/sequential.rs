@@ -53,7 +53,7 @@ fn filter_in_parts_matches_the_filter_over_the_window() {
                 let row = at + 1 + k;
                 assert_eq!(sample.time_s, whole.time_s[row]);
                 for state in 0..STATES {
-                    let deviation = whole.deviations[state][row];
+                    let deviation = whole.deviations[state].at(row);
                     let error = (sample.states[state] - whole.states[state][row]) / deviation;
                     assert!(error.abs() < EQUAL_SIGMA, "seed {seed}, state {state}, sample {row}: {error}");
                     approx::assert_relative_eq!(sample.deviations[state], deviation, max_relative = 1e-6);

@@ -14,7 +14,7 @@
 use std::sync::Arc;
 
 use doublet_core::reconstruct::{
-    AirState, FilterData, FilterSettings, Input, Measurement, Method, Reconstruction, State,
+    AirState, Deviations, FilterData, FilterSettings, Input, Measurement, Method, Reconstruction, State,
 };
 
 use super::behaviour::window;
@@ -44,12 +44,12 @@ fn shifted(data: &FilterData, measurement: Measurement, shift: impl Fn(f64) -> f
 fn apart(plain: &Reconstruction, moved: &Reconstruction, moves: &dyn Fn(State, f64) -> f64) -> f64 {
     let mut largest: f64 = 0.0;
     let mut compare =
-        |(plain, deviations): (&[Vec<f64>; 18], &[Vec<f64>; 18]), found: &[Vec<f64>; 18], time_s: &[f64]| {
+        |(plain, deviations): (&[Vec<f64>; 18], &[Deviations; 18]), found: &[Vec<f64>; 18], time_s: &[f64]| {
             for state in State::ALL {
                 let k = state as usize;
                 for (row, time) in time_s.iter().enumerate() {
                     let expected = plain[k][row] + moves(state, time - time_s[0]);
-                    largest = largest.max((found[k][row] - expected).abs() / deviations[k][row]);
+                    largest = largest.max((found[k][row] - expected).abs() / deviations[k].at(row));
                 }
             }
         };
@@ -141,7 +141,7 @@ fn a_constant_on_a_flow_angle_moves_its_offset_where_that_is_estimated() {
         assert!((moved_by - 0.02).abs() < PRIOR_SIGMA * deviation, "{measurement:?}: {moved_by} of {deviation}");
         for state in State::ALL {
             let k = state as usize;
-            let change = (moved.states[k][last] - plain.states[k][last]).abs() / plain.deviations[k][last];
+            let change = (moved.states[k][last] - plain.states[k][last]).abs() / plain.deviations[k].at(last);
             assert!(change < PRIOR_SIGMA, "{measurement:?}: {state:?} by {change}");
         }
     }
@@ -164,7 +164,7 @@ fn a_constant_without_a_state_of_its_own_moves_others() {
         let moved = run(&shifted(&data, measurement, |_| shift), &begun(citation::settings(), &plain));
         let by = |state: State| {
             let k = state as usize;
-            (moved.states[k][last] - plain.states[k][last]).abs() / plain.deviations[k][last]
+            (moved.states[k][last] - plain.states[k][last]).abs() / plain.deviations[k].at(last)
         };
         let pushed = State::ALL.into_iter().filter(|state| by(*state) > 1.0).count();
         assert!(pushed > 1, "{measurement:?} moves {pushed} states by more than a deviation");

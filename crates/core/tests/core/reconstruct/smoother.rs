@@ -59,7 +59,7 @@ fn matches_the_recursion_with_whole_matrices() {
             for i in 0..18 {
                 let sigma = p[(i, i)].sqrt();
                 largest = largest.max((found.states[i][k] - x[i]).abs() / sigma);
-                largest = largest.max((found.deviations[i][k] - sigma).abs() / sigma);
+                largest = largest.max((found.deviations[i].at(k) - sigma).abs() / sigma);
             }
         }
         println!("{largest:.1e} sigma");
@@ -80,12 +80,12 @@ fn smoothed_path_is_consistent_with_truth_and_filter_and_biases_are_constant() {
     for k in State::BiasAx as usize..=State::WindDown as usize {
         let last = smoothed.states[k][6000];
         let spread = smoothed.states[k].iter().map(|value| (value - last).abs()).fold(0.0, f64::max);
-        assert!(spread < CONSTANT_SIGMA * smoothed.deviations[k][6000], "{k} {spread}");
+        assert!(spread < CONSTANT_SIGMA * smoothed.deviations[k].at(6000), "{k} {spread}");
     }
     let (mut agreeing, mut compared) = (0, 0);
     for k in 0..9 {
         for i in 0..=6000 {
-            let variance = result.deviations[k][i].powi(2) - smoothed.deviations[k][i].powi(2);
+            let variance = result.deviations[k].at(i).powi(2) - smoothed.deviations[k].at(i).powi(2);
             let difference = result.states[k][i] - smoothed.states[k][i];
             agreeing += usize::from(difference.powi(2) <= 9.0 * variance.max(1e-18));
             compared += 1;

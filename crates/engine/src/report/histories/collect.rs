@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 
 use doublet_core::model::{Coefficient, Variable};
-use doublet_core::reconstruct::{INPUTS, Input, Measurement, MeasurementSeries, Outlier, State};
+use doublet_core::reconstruct::{Deviations, INPUTS, Input, Measurement, MeasurementSeries, Outlier, State};
 use doublet_core::validate::Signal;
 
-use super::{History, HistoryColumn, Names};
+use super::{History, HistoryColumn, Names, Values};
 use crate::session::Session;
 use crate::snapshot::{Snapshot, WindowResults};
 use crate::stage::{FlightEngines, LoadedFlight, UsedClock, WindowPath, WindowReplay, is_stamped_by};
@@ -65,6 +65,7 @@ fn replayed(group: String, replay: &WindowReplay) -> History<'_> {
         let (name, unit) = (signal.name(), signal.dimension().si_symbol());
         let mut put = |folder: &str, description: &str, values| {
             let (path, unit, description) = (format!("match/{folder}/{name}"), unit.to_owned(), description.to_owned());
+            let values = Values::Numbers(values);
             columns.push(HistoryColumn { path, unit, description, values });
         };
         put("measured", signal.description(), Cow::Borrowed(replay.measured.get(signal)));
@@ -133,7 +134,7 @@ fn flight_channels<'a>(group: &str, loaded: &'a LoadedFlight) -> Vec<History<'a>
                     path: format!("{folder}/recorder_time"),
                     unit: "s".to_owned(),
                     description: "time on the recorder's own clock".to_owned(),
-                    values: own_time(time_s, clock),
+                    values: Values::Numbers(own_time(time_s, clock)),
                 }],
             };
             let mut names = Names::default();
@@ -154,7 +155,7 @@ fn flight_channels<'a>(group: &str, loaded: &'a LoadedFlight) -> Vec<History<'a>
             path: format!("{folder}{}", names.unique(plain(&channel.name), LONGEST)),
             unit: if channel.unit.is_empty() { "-".to_owned() } else { channel.unit.clone() },
             description,
-            values: Cow::Borrowed(&channel.series.values),
+            values: Values::Numbers(Cow::Borrowed(&channel.series.values)),
         });
     }
     histories.into_iter().map(|(.., history)| history).collect()
@@ -187,12 +188,12 @@ fn window_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, results: 
         path: "aero/air_density".into(),
         unit: "kg/m^3".to_owned(),
         description: "air density".to_owned(),
-        values: aero.variables.at_rows(&aero.data.density_kg_m3),
+        values: Values::Numbers(aero.variables.at_rows(&aero.data.density_kg_m3)),
     });
     for fit in results.fits.ready().iter().flat_map(|fits| &fits.fits) {
         if let Some(series) = &fit.series {
             let path = format!("fits/{}", fit.coefficient.name());
-            let values = Cow::Borrowed(&*series.fitted().values);
+            let values = Values::Difference(&series.observed.values, &series.residual.values);
             let (unit, description) = ("-".to_owned(), "fit of this manoeuvre alone".to_owned());
             columns.push(HistoryColumn { path, unit, description, values });
         }
@@ -217,6 +218,11 @@ fn variable_unit(variable: Variable) -> &'static str {
     }
 }
 
+fn deviation_column<'a>(path: String, unit: &str, description: &str, values: &'a Deviations) -> HistoryColumn<'a> {
+    let (unit, description) = (unit.to_owned(), description.to_owned());
+    HistoryColumn { path, unit, description, values: Values::Deviations(values) }
+}
+
 fn path_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, path: &'a WindowPath) {
     let reconstruction = &path.reconstruction;
     let mut columns = Vec::new();
@@ -231,11 +237,11 @@ fn path_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, path: &'a W
         let at = |folder: &str| format!("path/{folder}/{}", state.name());
         columns.push(HistoryColumn::new(at("states"), unit, state.description(), &reconstruction.states[index]));
         let deviations = &reconstruction.deviations[index];
-        columns.push(HistoryColumn::new(at("deviations"), unit, "standard deviation of the state", deviations));
+        columns.push(deviation_column(at("deviations"), unit, "standard deviation of the state", deviations));
         if let Some(smoothed) = &reconstruction.smoothed {
             columns.push(HistoryColumn::new(at("smoothed"), unit, "smoothed state", &smoothed.states[index]));
             let (at, description) = (at("smoothed_deviations"), "standard deviation of the smoothed state");
-            columns.push(HistoryColumn::new(at, unit, description, &smoothed.deviations[index]));
+            columns.push(deviation_column(at, unit, description, &smoothed.deviations[index]));
         }
     }
     let history = |kind: &str, time: &str, time_s: &'a [f64], columns| History {
@@ -263,7 +269,7 @@ fn path_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, path: &'a W
             let at = format!("path/innovations/{name}");
             columns.push(HistoryColumn::new(at, unit, "measurement minus prediction", innovations));
             let at = format!("path/innovation_deviations/{name}");
-            columns.push(HistoryColumn::new(at, unit, "predicted standard deviation", deviations));
+            columns.push(deviation_column(at, unit, "predicted standard deviation", deviations));
         }
         let time = format!("path/measured/{name}/time");
         let value =
@@ -300,11 +306,13 @@ fn with_outliers<'a>(
     for outlier in outliers {
         let at = series.time_s.partition_point(|time| *time < outlier.time_s).min(flags.len() - 1);
         flags[at] = 1.0;
-        value.values.to_mut()[at] = outlier.value;
+        if let Values::Numbers(values) = &mut value.values {
+            values.to_mut()[at] = outlier.value;
+        }
     }
     let (path, unit) = (format!("path/measured/{name}/outlier"), "-".to_owned());
     let description = "1 where the sample was left out as an outlier".to_owned();
-    (value, Some(HistoryColumn { path, unit, description, values: flags.into() }))
+    (value, Some(HistoryColumn { path, unit, description, values: Values::Numbers(flags.into()) }))
 }
 
 fn engine_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, found: &'a FlightEngines) {

@@ -15,7 +15,8 @@ pub fn write(history: &History<'_>, path: &Path) -> Result<(), ReportError> {
     writer.write_record(std::iter::once("s").chain(units)).map_err(failed)?;
     let mut text = String::new();
     for (row, time_s) in history.time_s.iter().enumerate() {
-        for value in std::iter::once(time_s).chain(history.columns.iter().filter_map(|column| column.values.get(row))) {
+        for value in std::iter::once(*time_s).chain(history.columns.iter().filter_map(|column| column.values.get(row)))
+        {
             text.clear();
             if value.is_finite() {
                 use std::fmt::Write;

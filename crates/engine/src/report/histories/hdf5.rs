@@ -4,6 +4,7 @@
 //! every header as long as it will be; then the lengths and addresses are put in, and the values are written behind the headers. The
 //! file is the same to the byte.
 
+use std::borrow::Cow;
 use std::io::{BufWriter, Write};
 use std::ops::Range;
 use std::path::Path;
@@ -11,7 +12,7 @@ use std::path::Path;
 use hdf5_core::jenkins_lookup3;
 use hdf5_writer::{AttributeBuilder, DatasetBuilder, Hdf5Builder, WriteOptions};
 
-use super::History;
+use super::{History, Values};
 use crate::report::{ReportError, file_error};
 
 /// Bytes of one value.
@@ -21,7 +22,7 @@ const VALUE: usize = size_of::<f64>();
 pub fn write(histories: &[History<'_>], title: &str, path: &Path) -> Result<(), ReportError> {
     let formed = |error: &dyn std::fmt::Display| ReportError::Form { what: "histories.h5", reason: error.to_string() };
     let columns = columns(histories);
-    let mut headers = encoded(&columns, title, |_| &[0.0]).map_err(|error| formed(&error))?;
+    let mut headers = encoded(&columns, title, |_| Cow::Borrowed(&[0.0])).map_err(|error| formed(&error))?;
     headers.truncate(headers.len().saturating_sub(VALUE * columns.len()));
     let lengths = columns.iter().map(|column| column.values.len());
     lengthen(&mut headers, lengths).ok_or_else(|| formed(&"its headers are not as expected"))?;
@@ -34,7 +35,7 @@ fn put_values(path: &Path, headers: &[u8], columns: &[Column<'_>]) -> std::io::R
     let mut bytes = Vec::new();
     for column in columns {
         bytes.clear();
-        bytes.extend(column.values.iter().flat_map(|value| value.to_le_bytes()));
+        bytes.extend(column.values.iter().flat_map(f64::to_le_bytes));
         file.write_all(&bytes)?;
     }
     file.flush()
@@ -45,7 +46,7 @@ struct Column<'a> {
     path: String,
     unit: &'a str,
     description: &'a str,
-    values: &'a [f64],
+    values: Values<'a>,
 }
 
 /// All data sets, in the order of their values in the file.
@@ -57,14 +58,14 @@ fn columns<'a>(histories: &'a [History<'_>]) -> Vec<Column<'a>> {
             path: format!("{group}/{time}"),
             unit: "s",
             description: "time",
-            values: &history.time_s,
+            values: Values::Numbers(Cow::Borrowed(&history.time_s)),
         };
         columns.extend(history.time_paths.iter().map(time));
         columns.extend(history.columns.iter().map(|column| Column {
             path: format!("{group}/{}", column.path),
             unit: &column.unit,
             description: &column.description,
-            values: &column.values,
+            values: column.values.borrowed(),
         }));
     }
     columns
@@ -74,14 +75,14 @@ fn columns<'a>(histories: &'a [History<'_>]) -> Vec<Column<'a>> {
 fn encoded<'a>(
     columns: &[Column<'a>],
     title: &str,
-    values: impl Fn(&Column<'a>) -> &'a [f64],
+    values: impl for<'c> Fn(&'c Column<'a>) -> Cow<'c, [f64]>,
 ) -> Result<Vec<u8>, hdf5_writer::Error> {
     let mut builder = Hdf5Builder::new()
         .attribute(AttributeBuilder::fixed_string("title", if title.is_empty() { "-" } else { title }))
         .attribute(AttributeBuilder::fixed_string("app", crate::PROGRAM));
     for column in columns {
         let values = values(column);
-        let data_set = DatasetBuilder::typed_data(column.path.clone(), vec![values.len() as u64], values)?
+        let data_set = DatasetBuilder::typed_data(column.path.clone(), vec![values.len() as u64], &values)?
             .attribute(AttributeBuilder::fixed_string("units", column.unit))
             .attribute(AttributeBuilder::fixed_string("description", column.description));
         builder = builder.dataset(data_set);
@@ -173,8 +174,6 @@ fn seal(file: &mut [u8], range: Range<usize>) -> Option<()> {
 
 #[cfg(test)]
 mod tests {
-    use std::borrow::Cow;
-
     use super::super::HistoryColumn;
     use super::*;
 
@@ -183,7 +182,7 @@ mod tests {
             path: path.to_owned(),
             unit: "rad/s".to_owned(),
             description: "d".repeat(300),
-            values: Cow::Owned(values),
+            values: Values::Numbers(Cow::Owned(values)),
         }
     }
 
@@ -207,7 +206,7 @@ mod tests {
         for (histories, title) in [(&histories[..], "a flight"), (&histories[..1], ""), (&[], "none")] {
             let path = folder.path().join("histories.h5");
             write(histories, title, &path).unwrap();
-            let whole = encoded(&columns(histories), title, |column| column.values).unwrap();
+            let whole = encoded(&columns(histories), title, |column| column.values.all()).unwrap();
             assert!(std::fs::read(&path).unwrap() == whole, "{title}: {} histories", histories.len());
         }
     }

@@ -29,7 +29,7 @@ pub fn write(histories: &[History<'_>], path: &Path, control: &Control) -> Resul
                 units.insert(time, Node::Text("s"));
             }
             for column in &history.columns {
-                fields.insert(&column.path, Node::Numbers(&column.values));
+                fields.insert(&column.path, Node::Column(&column.values));
                 units.insert(&column.path, Node::Text(&column.unit));
             }
         }

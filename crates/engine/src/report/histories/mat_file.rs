@@ -7,7 +7,7 @@ use std::io::Write;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
-use super::Names;
+use super::{Names, Values};
 
 /// Types of elements.
 const INT8: u32 = 1;
@@ -29,6 +29,8 @@ pub(crate) const LONGEST_NAME: usize = 63;
 pub(crate) enum Node<'a> {
     /// A column.
     Numbers(&'a [f64]),
+    /// A column of time histories.
+    Column(&'a Values<'a>),
     /// A matrix by its columns, with the number of its rows.
     Matrix(&'a [f64], usize),
     /// A line.
@@ -98,6 +100,7 @@ fn element(out: &mut Vec<u8>, kind: u32, data: &[u8]) -> Option<()> {
 fn matrix(name: &str, node: &Node<'_>) -> Option<Vec<u8>> {
     let (class, rows, columns) = match node {
         Node::Numbers(values) => (DOUBLE_CLASS, values.len(), 1),
+        Node::Column(values) => (DOUBLE_CLASS, values.len(), 1),
         Node::Matrix(values, rows) => (DOUBLE_CLASS, *rows, values.len().checked_div(*rows).unwrap_or(0)),
         Node::Lines(lines) => (CELL_CLASS, lines.len(), 1),
         Node::Text(text) => (CHAR_CLASS, 1, text.encode_utf16().count()),
@@ -111,6 +114,10 @@ fn matrix(name: &str, node: &Node<'_>) -> Option<Vec<u8>> {
     match node {
         Node::Numbers(values) | Node::Matrix(values, _) => {
             let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+            element(&mut body, DOUBLE, &bytes)?;
+        }
+        Node::Column(values) => {
+            let bytes: Vec<u8> = values.iter().flat_map(f64::to_le_bytes).collect();
             element(&mut body, DOUBLE, &bytes)?;
         }
         Node::Text(text) => {

@@ -11,6 +11,8 @@ mod parquet;
 use std::borrow::Cow;
 use std::path::Path;
 
+use doublet_core::reconstruct::Deviations;
+
 pub use collect::{collect, recordings};
 
 use super::{ReportError, file_error};
@@ -49,15 +51,67 @@ pub struct HistoryColumn<'a> {
     pub unit: String,
     /// One line.
     pub description: String,
-    /// Values; not a number where there is none.
-    pub values: Cow<'a, [f64]>,
+    pub values: Values<'a>,
+}
+
+/// Values of a column; not a number where there is none. What follows from what a snapshot holds is formed while it is written.
+#[derive(Clone, Debug)]
+pub enum Values<'a> {
+    Numbers(Cow<'a, [f64]>),
+    Deviations(&'a Deviations),
+    /// The first less the second, sample by sample.
+    Difference(&'a [f64], &'a [f64]),
+}
+
+impl Values<'_> {
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Numbers(values) => values.len(),
+            Self::Deviations(values) => values.len(),
+            Self::Difference(values, less) => values.len().min(less.len()),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Value at `row`, where there is one.
+    pub fn get(&self, row: usize) -> Option<f64> {
+        match self {
+            Self::Numbers(values) => values.get(row).copied(),
+            Self::Deviations(values) => values.get(row),
+            Self::Difference(values, less) => Some(values.get(row)? - less.get(row)?),
+        }
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.len()).filter_map(|row| self.get(row))
+    }
+
+    /// The same values, borrowed.
+    fn borrowed(&self) -> Values<'_> {
+        match self {
+            Self::Numbers(values) => Values::Numbers(Cow::Borrowed(values)),
+            Self::Deviations(values) => Values::Deviations(values),
+            Self::Difference(values, less) => Values::Difference(values, less),
+        }
+    }
+
+    /// All values in one piece.
+    pub fn all(&self) -> Cow<'_, [f64]> {
+        match self {
+            Self::Numbers(values) => Cow::Borrowed(values),
+            Self::Deviations(_) | Self::Difference(..) => Cow::Owned(self.iter().collect()),
+        }
+    }
 }
 
 impl<'a> HistoryColumn<'a> {
     /// A column of values that live in a snapshot.
     fn new(path: String, unit: &str, description: &str, values: &'a [f64]) -> Self {
         let (unit, description) = (unit.to_owned(), description.to_owned());
-        Self { path, unit, description, values: Cow::Borrowed(values) }
+        Self { path, unit, description, values: Values::Numbers(Cow::Borrowed(values)) }
     }
 }
 

@@ -46,7 +46,7 @@ fn written(history: &History<'_>, file: std::fs::File) -> Result<(), ParquetErro
     let mut group = writer.next_row_group()?;
     for column in columns() {
         let Some(mut place) = group.next_column()? else { break };
-        place.typed::<DoubleType>().write_batch(&column.values, None, None)?;
+        place.typed::<DoubleType>().write_batch(&column.values.all(), None, None)?;
         place.close()?;
     }
     group.close()?;

@@ -277,7 +277,7 @@ impl<'a> OutputErrorFlight<'a> {
             (PathSource::Smoothed, Some(smoothed)) => &smoothed.deviations,
             _ => &path.deviations,
         };
-        deviations[state as usize].get(self.ready.first).copied().unwrap_or(0.0)
+        deviations[state as usize].get(self.ready.first).unwrap_or(0.0)
     }
 
     /// Standard deviation of what an output is compared with.
