@@ -143,6 +143,9 @@ fn freed_score(
     let own = symmetric(&(&scale * &window.information * &scale)).symmetric_eigen();
     let largest = own.eigenvalues.max();
     let said: Vec<usize> = (0..own.eigenvalues.len()).filter(|&k| own.eigenvalues[k] > NOTHING * largest).collect();
+    if said.is_empty() {
+        return DVector::zeros(score.len());
+    }
     let axes = own.eigenvectors.select_columns(&said);
     let root = DVector::from_iterator(said.len(), said.iter().map(|&k| own.eigenvalues[k].sqrt()));
     let (grow, shrink) = (DMatrix::from_diagonal(&root), DMatrix::from_diagonal(&root.map(f64::recip)));
