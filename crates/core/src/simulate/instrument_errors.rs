@@ -99,26 +99,29 @@ mod tests {
     use super::*;
     use crate::simulate::{Flight, run, scenario};
 
+    /// Seeds of flights; the second draws a recorder that is late by 0.09 s.
+    const SEED: u64 = 3;
+    const LATE: u64 = 5;
     /// Sideslip of the pod is written to 0.01 deg; noise is the same in flights of one seed.
     const RESOLUTION_DEG: f64 = 0.011;
     /// Four standard deviations of the noise of the pod's sideslip.
     const BAND_DEG: f64 = 0.28;
 
-    fn fly(accuracies: &str) -> Flight {
+    fn fly(accuracies: &str, seed: u64) -> Flight {
         let text = format!(
             "format = \"doublet scenario\"\nversion = 1\naircraft = \"c337f\"\nairspeed_m_s = 46.3\naltitude_m = 1200.0\nrest_s = 1.0\n\
              {accuracies}\n[[manoeuvre]]\nname = \"01\"\nduration_s = 6.0\ntime_s = [1.0, 1.1, 2.0, 2.1]\nrudder_rad = [0.0, 0.05, 0.05, 0.0]\n"
         );
-        run(&scenario::parse(&text).unwrap(), 3, &mut |_| true).unwrap()
+        run(&scenario::parse(&text).unwrap(), seed, &mut |_| true).unwrap()
     }
 
     #[test]
     fn drawn_errors_act_on_what_the_recorders_write_and_a_seed_draws_them_again() {
-        let (without, with) = (fly(""), fly("[sensor_accuracy]\nbeta_offset_rad = 0.01\nbeta_scale = 0.2"));
+        let (without, with) = (fly("", SEED), fly("[sensor_accuracy]\nbeta_offset_rad = 0.01\nbeta_scale = 0.2", SEED));
         assert!(without.instrument_errors.is_empty());
         assert_eq!(
             with.instrument_errors,
-            fly("[sensor_accuracy]\nbeta_offset_rad = 0.01\nbeta_scale = 0.2").instrument_errors
+            fly("[sensor_accuracy]\nbeta_offset_rad = 0.01\nbeta_scale = 0.2", SEED).instrument_errors
         );
         let value = |error| with.instrument_errors[&error];
         let (offset, scale) = (value(InstrumentError::BetaOffset), value(InstrumentError::BetaScale));
@@ -137,8 +140,8 @@ mod tests {
 
     #[test]
     fn a_late_recorder_writes_what_was_before() {
-        let late = fly("[sensor_accuracy]\nattitude_delay_s = 0.1");
-        let (delay_s, exact) = (late.instrument_errors[&InstrumentError::AttitudeDelay], fly(""));
+        let late = fly("[sensor_accuracy]\nattitude_delay_s = 0.1", LATE);
+        let (delay_s, exact) = (late.instrument_errors[&InstrumentError::AttitudeDelay], fly("", LATE));
         let [own, shown] = [&exact, &late].map(|flight| flight.bus[0].values[6].clone());
         // Bank and its rate by the truth: the noise is the same in both.
         let rate_deg_s = |time_s: f64| {
