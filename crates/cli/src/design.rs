@@ -8,6 +8,7 @@ use doublet_dynamics::design::{Basis, Criterion, DesignKind, Designed, Quantity,
 use doublet_engine::planning::{
     self, DesignOptions, DesignRow, EnoughOptions, Goal, PathShare, design_basis, design_document, designed_rows,
 };
+use doublet_engine::report::document::Style;
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
 use doublet_engine::study::{DynamicsRequest, Study};
@@ -91,6 +92,9 @@ pub struct DesignArguments {
     /// Folder for card, nodes (CSV), scenario, session and autopilot files.
     #[arg(long, value_parser = output_path())]
     out: Option<PathBuf>,
+    /// House style of the card; units = "aviation" for knots and feet.
+    #[arg(long, value_name = "FILE")]
+    style: Option<PathBuf>,
     /// Formats of the card.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "html", value_parser = report_format())]
     format: Vec<String>,
@@ -228,7 +232,9 @@ fn write(
     let set = DocumentSet { folder, name: "design", formats: &formats, beside: &beside };
     let progress = Progress::new();
     let show = |part| progress.update(part, "writing the card");
-    let written = set.write(&design_document(session, row, designed), "designed input", &Control::default(), &show);
+    let style = arguments.style.as_deref().map(Style::open).transpose()?.unwrap_or_default();
+    let card = design_document(session, row, designed, &style);
+    let written = set.write(&card, "designed input", &Control::default(), &show);
     progress.finish();
     written.map(|put| format!("design in {}", put.folder.display()))
 }

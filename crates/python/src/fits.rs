@@ -219,7 +219,7 @@ impl Fitted {
             Err(StageError::Cancelled) => Err(StageError::Cancelled),
             Err(_) => Ok(self),
             Ok(errors) => {
-                self.pooled = Keyed::new(Arc::new(errors.widen(&self.pooled)), Key::unique());
+                self.pooled = Keyed::new(Arc::new(Arc::new(errors).widen(&self.pooled)), Key::unique());
                 Ok(self)
             }
         }

@@ -1,11 +1,13 @@
 //! Physical quantities: units by name, and the roles a recorded channel can play.
 
 mod bits;
+mod instrument_error;
 mod named;
 mod role;
 mod unit;
 
 pub use bits::HashBits;
+pub use instrument_error::InstrumentError;
 pub(crate) use named::{deserialize_name, named_quantities};
 pub use role::Role;
 pub use unit::{Dimension, Unit, UnknownUnit};

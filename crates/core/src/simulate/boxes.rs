@@ -3,6 +3,7 @@
 //! Rates and units are those of Table 4.13, noise that of Tables 4.15-4.16 (raw yaw rate 6.15e-4 rad/s, as its printed
 //! 6.15e-2 cannot be steady flight) and 4.6; resolutions, biases and the control sensors' clock are doublet's own.
 
+use super::instrument_errors::Recorder;
 use super::instruments::{Mount, Quantity as Q};
 use super::recorder::{ChannelSpec, Clock, Reading, StreamSpec};
 
@@ -132,6 +133,11 @@ const fn bus(name: &'static str, rate_hz: f64, channels: &'static [ChannelSpec])
 
 const fn control(name: &'static str, channels: &'static [ChannelSpec]) -> StreamSpec {
     StreamSpec { clock: CONTROL_CLOCK, delay_s: CONTROL_DELAY_S, only_manoeuvres: true, ..bus(name, 60.0, channels) }
+}
+
+/// Recorder of a stream of [`BUS`].
+pub(super) fn recorder(spec: &StreamSpec) -> Recorder {
+    if spec.clock == MONITOR_CLOCK { Recorder::Monitor } else { Recorder::Bus }
 }
 
 /// Streams of the data bus and the engine monitor, which share a file.

@@ -9,7 +9,7 @@ use hdf5_writer::{
 
 use super::recorder::Stream;
 use super::run::Flight;
-use super::truth::{COLUMNS, LOADING_COLUMNS, Truth};
+use super::truth::{COLUMNS, LOADING_COLUMNS};
 use super::{SimulateError, summary};
 
 /// A file of a flight.
@@ -98,7 +98,7 @@ impl Flight {
             builder = builder.dataset(dataset(&format!("loading/{name}"), values, unit)?);
         }
         builder = builder.dataset(dataset("errors/time", &[0.0, self.scenario.duration_s], "s")?);
-        for (name, value, unit) in Truth::biases() {
+        for (name, value, unit) in self.constant_errors() {
             builder = builder.dataset(dataset(&format!("errors/{name}"), &[value, value], unit)?);
         }
         for (name, clock) in summary::clocks() {

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 
 use super::SimulateError;
 use super::inputs::{Hand, InputKind};
+use super::instrument_errors::InstrumentErrors;
 use super::plan::{DesignedInput, Manoeuvre, Power, Segment, Task};
 use super::scenario::{Listed, Scenario, Start, TruthExtent};
 use super::trim::TrimCondition;
@@ -98,6 +99,7 @@ fn common(listed: Listed) -> Result<Scenario, SimulateError> {
         unsteadiness_m_s: 0.8,
         pod_rate_hz: 5.0,
         exact_instruments: false,
+        sensor_accuracy: InstrumentErrors::default(),
         truth: TruthExtent::Whole,
         utc_start_s: 13.0 * 3600.0 + 42.0 * 60.0 + 7.25,
     })

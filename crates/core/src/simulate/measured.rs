@@ -6,6 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use super::instrument_errors::column_errors;
 use super::run::Flight;
 use super::truth::Truth;
 use crate::airframe::frames;
@@ -26,7 +27,7 @@ const SLOW_S: f64 = 0.2;
 
 impl Flight {
     /// The flight's motion as recorded by instruments with the constant errors of [`Truth::biases`] and white noise of the
-    /// deviations the filter's settings state: inertial data at `accelerometer_from_datum_m`, measurements, deflections. Air density,
+    /// deviations the filter's settings state, with the errors drawn for it ([`Flight::instrument_errors`], of a truth kept throughout): inertial data at `accelerometer_from_datum_m`, measurements, deflections. Air density,
     /// thrust and the fuel of each tank (channel `tank_channel(tank)`) come without error. Another `seed` gives other noise.
     pub fn measured(
         &self,
@@ -96,9 +97,21 @@ impl Measured<'_> {
     /// A role from a column of the truth; nothing where the truth has no such column.
     fn column(&mut self, role: Role, name: &str, interval_s: f64, deviation: f64) {
         let column = self.flight.true_column(name);
-        if !column.is_empty() {
-            self.role(role, interval_s, deviation, |k| column[k]);
+        if column.is_empty() {
+            return;
         }
+        let [offset, scale, delay_s] = column_errors(name, &self.flight.instrument_errors);
+        let late = delay_s / self.flight.scenario.step_s;
+        let shown = |k: usize| {
+            let at = (k as f64 - late).clamp(0.0, (column.len() - 1) as f64);
+            let (before, part) = (at as usize, at.fract());
+            let value = match column.get(before + 1).filter(|_| part > 0.0) {
+                Some(after) => column[before] + part * (after - column[before]),
+                None => column[before],
+            };
+            (1.0 + scale) * value + offset
+        };
+        self.role(role, interval_s, deviation, shown);
     }
 
     /// A role from the samples of the truth nearest to every interval.

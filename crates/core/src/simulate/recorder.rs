@@ -4,6 +4,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use super::instrument_errors::QuantityError;
 use super::instruments::{Mount, QUANTITIES, Quantities, Quantity, monitor_power_w, pod_number, probe_display_lb};
 use super::pilot::wrap;
 use crate::propulsion::EngineInput;
@@ -101,30 +102,34 @@ pub struct Stream {
     next: u64,
     rng: ChaCha8Rng,
     exact: bool,
+    errors: Vec<QuantityError>,
 }
 
-/// Number of past instants kept, for delays up to this many steps.
-const HISTORY: usize = 8;
+/// Number of past instants kept, for delays up to this many steps: 0.1 s of a recorder four and a half times over, with 0.03 s of a control
+/// sensor, at steps of 0.01 s.
+const HISTORY: usize = 64;
 
 /// The last instants of the flight, for samples that fall between two of them or lag behind.
 #[derive(Clone, Debug)]
 pub struct History {
     step_s: f64,
     newest_s: f64,
-    ring: [Quantities; HISTORY],
+    ring: Vec<Quantities>,
+    /// Place of the newest.
+    newest: usize,
     count: usize,
 }
 
 impl History {
     /// An empty history of instants `step_s` apart.
     pub fn new(step_s: f64) -> Self {
-        Self { step_s, newest_s: f64::NEG_INFINITY, ring: [[0.0; QUANTITIES]; HISTORY], count: 0 }
+        Self { step_s, newest_s: f64::NEG_INFINITY, ring: vec![[0.0; QUANTITIES]; HISTORY], newest: 0, count: 0 }
     }
 
     /// Adds an instant.
     pub fn push(&mut self, time_s: f64, values: Quantities) {
-        self.ring.rotate_right(1);
-        self.ring[0] = values;
+        self.newest = (self.newest + 1) % HISTORY;
+        self.ring[self.newest] = values;
         self.newest_s = time_s;
         self.count = (self.count + 1).min(HISTORY);
     }
@@ -136,10 +141,16 @@ impl History {
         let older = (newer + 1).min(self.count.saturating_sub(1));
         let fraction = steps - newer as f64;
         // Samples on the grid are taken as they are: round-off of the grid's times is no reason to interpolate.
+        let (newer_values, older_values) = (self.back(newer), self.back(older));
         if fraction < 1e-6 || newer == older {
-            return self.ring[newer];
+            return *newer_values;
         }
-        std::array::from_fn(|i| self.ring[newer][i] + (self.ring[older][i] - self.ring[newer][i]) * fraction)
+        std::array::from_fn(|i| newer_values[i] + (older_values[i] - newer_values[i]) * fraction)
+    }
+
+    /// The instant so many steps before the newest.
+    fn back(&self, steps: usize) -> &Quantities {
+        &self.ring[(self.newest + HISTORY - steps) % HISTORY]
     }
 }
 
@@ -151,22 +162,47 @@ impl Stream {
         // A recorder with its own clock starts sampling at the first of its ticks within the flight.
         let first = (spec.clock.reading_s(0.0) * spec.rate_hz).ceil().max(0.0);
         let values = spec.channels.iter().map(|_| Vec::with_capacity(expected)).collect();
-        Self { spec, time_s: Vec::with_capacity(expected), values, next: first as u64, rng, exact }
+        Self { spec, time_s: Vec::with_capacity(expected), values, next: first as u64, rng, exact, errors: Vec::new() }
+    }
+
+    /// The stream with constant errors of what it reads; an exact one has none.
+    #[must_use]
+    pub(super) fn with_errors(self, errors: Vec<QuantityError>) -> Self {
+        match self.exact {
+            true => self,
+            false => Self { errors, ..self },
+        }
+    }
+
+    /// Quantities as the instruments show them at a time.
+    fn shown(&self, history: &History, time_s: f64) -> Quantities {
+        let mut values = history.at(time_s);
+        for error in &self.errors {
+            let index = error.quantity as usize;
+            let value = match error.delay_s == 0.0 {
+                true => values[index],
+                false => history.at(time_s - error.delay_s)[index],
+            };
+            values[index] = (1.0 + error.scale) * value + error.offset;
+        }
+        values
     }
 
     /// Takes all samples due up to the newest instant of the history.
     pub fn sample(&mut self, history: &History, recording: bool) {
+        // What is early reads instants that are still to come.
+        let lead_s = self.errors.iter().map(|error| -error.delay_s).fold(0.0, f64::max);
         loop {
             let own_s = self.next as f64 / self.spec.rate_hz;
             let bus_s = self.spec.clock.bus_s(own_s);
-            if bus_s > history.newest_s + 1e-9 {
+            if bus_s + lead_s > history.newest_s + 1e-9 {
                 return;
             }
             self.next += 1;
             if self.spec.only_manoeuvres && !recording {
                 continue;
             }
-            let values = history.at(bus_s - self.spec.delay_s);
+            let values = self.shown(history, bus_s - self.spec.delay_s);
             let stamp = own_s + self.error(self.spec.stamp_noise_s);
             self.time_s.push(stamp);
             for index in 0..self.spec.channels.len() {

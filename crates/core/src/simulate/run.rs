@@ -5,6 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::inputs::FirstOrderLag;
+use super::instrument_errors::{self, InstrumentErrors, Recorder, quantity_errors};
 use super::instruments::Instant;
 use super::pilot::{Pilot, View, wrap};
 use super::plan::{Flown, Segment};
@@ -44,6 +45,8 @@ pub struct Flight {
     pub control_sensors: Vec<Stream>,
     /// Delay of each recording of the control sensors from the stated start to its first sample, s.
     pub start_delays_s: Vec<f64>,
+    /// Constant errors of the instruments, drawn from the accuracies of the scenario.
+    pub instrument_errors: InstrumentErrors,
     pub truth: Truth,
 }
 
@@ -65,6 +68,15 @@ pub fn run(scenario: &Scenario, seed: u64, progress: &mut dyn FnMut(f64) -> bool
         flight.step(step)?;
     }
     Ok(flight.finish(seed))
+}
+
+impl Flight {
+    /// Constant errors of the instruments, those of every flight and those drawn: name, value, SI unit.
+    pub fn constant_errors(&self) -> impl Iterator<Item = (&'static str, f64, &'static str)> + '_ {
+        let drawn = self.instrument_errors.iter();
+        let drawn = drawn.map(|(error, value)| (error.name(), *value, error.dimension().si_symbol()));
+        Truth::biases().into_iter().chain(drawn)
+    }
 }
 
 /// The flight while it is flown.
@@ -89,6 +101,7 @@ struct Flying<'a> {
     pod: Stream,
     control_sensors: Vec<Stream>,
     start_delays_s: Vec<f64>,
+    instrument_errors: InstrumentErrors,
     truth: Truth,
     segment: usize,
     manoeuvre: usize,
@@ -118,9 +131,11 @@ impl<'a> Flying<'a> {
         let (state, environment, inputs) = start(scenario, &body, &mut pilot)?;
         check_inputs(scenario, &manoeuvres, &environment)?;
         let mut purpose = 10;
-        let mut stream = |spec: StreamSpec| {
+        let errors = instrument_errors::draw(&scenario.sensor_accuracy, &mut generator(seed, 3));
+        let mut stream = |spec: StreamSpec, recorder: Recorder| {
             purpose += 1;
             Stream::new(spec, scenario.duration_s, scenario.exact_instruments, generator(seed, purpose))
+                .with_errors(quantity_errors(recorder, &errors))
         };
         let lag = |value: f64| FirstOrderLag::new(ENGINE_LAG_S, scenario.step_s, value);
         let cable = |value: f64| FirstOrderLag::new(scenario.control_lag_s, scenario.step_s, value);
@@ -144,10 +159,14 @@ impl<'a> Flying<'a> {
             gust_rng: generator(seed, 2),
             heading_unwrapped: state.euler_rad()[2],
             history: History::new(scenario.step_s),
-            bus: boxes::BUS.iter().map(|&spec| stream(spec)).collect(),
-            pod: stream(boxes::pod(scenario.pod_rate_hz)),
-            control_sensors: boxes::CONTROL_SENSORS.iter().map(|&spec| stream(spec)).collect(),
+            bus: boxes::BUS.iter().map(|&spec| stream(spec, boxes::recorder(&spec))).collect(),
+            pod: stream(boxes::pod(scenario.pod_rate_hz), Recorder::Pod),
+            control_sensors: boxes::CONTROL_SENSORS
+                .iter()
+                .map(|&spec| stream(spec, Recorder::ControlSensors))
+                .collect(),
             start_delays_s,
+            instrument_errors: errors,
             truth: Truth::new(scenario),
             segment: 0,
             manoeuvre: 0,
@@ -340,6 +359,7 @@ impl<'a> Flying<'a> {
             pod: self.pod,
             control_sensors: self.control_sensors,
             start_delays_s: self.start_delays_s,
+            instrument_errors: self.instrument_errors,
             truth: self.truth,
         }
     }

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use serde::Deserialize;
 
+use super::instrument_errors::InstrumentErrors;
 use super::plan::{DesignedInput, Hands, Manoeuvre, Segment};
 use super::trim::TrimCondition;
 use super::vehicle::Vehicle;
@@ -69,6 +70,8 @@ pub struct Scenario {
     pub pod_rate_hz: f64,
     /// Without noise, bias and resolution.
     pub exact_instruments: bool,
+    /// Standard deviations of constant errors of the instruments, which each seed draws.
+    pub sensor_accuracy: InstrumentErrors,
     /// Truth kept.
     pub truth: TruthExtent,
     /// UTC at bus time zero, as written in the pod's and the sensors' files, s of the day.
@@ -176,6 +179,8 @@ struct ScenarioFile {
     rest_s: Option<f64>,
     loading: Option<Loading>,
     #[serde(default)]
+    sensor_accuracy: InstrumentErrors,
+    #[serde(default)]
     manoeuvre: Vec<ManoeuvreTable>,
 }
 
@@ -202,7 +207,8 @@ struct ManoeuvreTable {
 }
 
 /// The scenario of a file (TOML) of designed inputs: `format`, `version`, `aircraft`, `airspeed_m_s`, `altitude_m`, `gust_m_s`, `rest_s`,
-/// `[loading]` (fuel, seats, luggage and items, as in a session; without it that of the shipped flight) and of each `[[manoeuvre]]` its
+/// `[loading]` (fuel, seats, luggage and items, as in a session; without it that of the shipped flight), `[sensor_accuracy]` (standard deviations of
+/// constant errors of the instruments by the names of [`crate::quantity::InstrumentError`], which each seed draws) and of each `[[manoeuvre]]` its
 /// `name`, `duration_s`, the times `time_s` of its nodes and the deflections `aileron_rad`, `elevator_rad`, `rudder_rad`
 /// and the change of manifold pressure `manifold_pa` of all engines at them, those left out being zero. The flight controls are held but for
 /// the input, unless the pilot flies the manoeuvre: `sideslip_rad` or `bank_rad` at the nodes, at constant airspeed, or `level = true`, at
@@ -238,6 +244,10 @@ pub fn parse(text: &str) -> Result<Scenario, SimulateError> {
         }
     }
     let mut scenario = flight_plan::designed(listed, base, inputs, rest_s)?;
+    for (error, deviation) in &file.sensor_accuracy {
+        error.check_deviation(*deviation).map_err(|reason| bad(format!("sensor_accuracy: {reason}")))?;
+    }
+    scenario.sensor_accuracy = file.sensor_accuracy;
     scenario.gust_m_s = file.gust_m_s.unwrap_or(scenario.gust_m_s);
     if let Some(loading) = file.loading {
         let mass = loading.mass_properties(&scenario.vehicle.aircraft);

@@ -9,7 +9,7 @@ use super::plan::{Power, Task};
 use super::recorder::Clock;
 use super::run::Flight;
 use super::trim::{Trim, TrimCondition, trim};
-use super::truth::{FIRST_TANK, Truth};
+use super::truth::FIRST_TANK;
 use super::{SimulateError, boxes};
 use crate::airframe::{Loading, MassProperties};
 use crate::motion::Mode;
@@ -104,7 +104,7 @@ pub(crate) fn scalars(flight: &Flight) -> Result<String, SimulateError> {
             .into_iter()
             .map(|(name, Clock { offset_s, drift })| (name, ClockTable { offset_s, drift }))
             .collect(),
-        errors: Truth::biases().into_iter().map(|(name, value, _)| (name, value)).collect(),
+        errors: flight.constant_errors().map(|(name, value, _)| (name, value)).collect(),
         derivatives: derivatives.iter().map(|derivative| (derivative.name.clone(), derivative.value)).collect(),
         mode: mode_tables(flight)?,
         manoeuvre: manoeuvre_tables(flight),

@@ -19,6 +19,8 @@ const CONFIDENCE: f64 = 0.95;
 
 /// Parameters that are times of delay and not negative.
 const DELAYS: [&str; 2] = ["tau", "phase_delay"];
+/// Names of positive quantities beside those that begin with `omega`.
+const POSITIVE: [&str; 3] = ["T_R", "T_theta2", "bandwidth"];
 /// Draws of a model after which a negative delay is set to zero.
 const MOST_DRAWS: usize = 100;
 
@@ -44,6 +46,19 @@ pub struct FittedParameter {
     pub low: f64,
     /// Upper end.
     pub high: f64,
+}
+
+impl FittedParameter {
+    /// Whether it is a frequency or a time constant of a stable mode.
+    fn is_positive(&self) -> bool {
+        let is_named = self.name.starts_with("omega") || POSITIVE.contains(&self.name.as_str());
+        is_named && self.value > 0.0
+    }
+
+    /// Whether its standard error is below its value, where it is a frequency or a time constant.
+    pub fn is_determined(&self) -> bool {
+        !self.is_positive() || self.standard_error < self.value
+    }
 }
 
 /// A fitted model.
@@ -320,15 +335,21 @@ impl EquivalentSystem {
         system
     }
 
-    /// The interval of a parameter: delays are not negative; one at its bound that the data do not determine has none.
+    /// The interval of a parameter: delays are not negative; frequencies and time constants are positive, and their intervals those of
+    /// their logarithms. What the data do not determine has none: a delay at its bound, a positive quantity with an error above its value.
     fn interval(&self, name: &str, value: f64, standard_error: f64) -> FittedParameter {
         let is_delay = DELAYS.contains(&name);
         let is_open = is_delay && self.is_delay_at_zero && standard_error == 0.0;
         let standard_error = if is_open { f64::NAN } else { standard_error };
         let half = self.quantile * standard_error;
+        let parameter = FittedParameter { name: name.to_owned(), value, standard_error, low: f64::NAN, high: f64::NAN };
+        if parameter.is_positive() {
+            let factor = if parameter.is_determined() { (half / value).exp() } else { f64::NAN };
+            return FittedParameter { low: value / factor, high: value * factor, ..parameter };
+        }
         let low = value - half;
         let low = if is_delay && low < 0.0 { 0.0 } else { low };
-        FittedParameter { name: name.to_owned(), value, standard_error, low, high: value + half }
+        FittedParameter { low, high: value + half, ..parameter }
     }
 
     /// The parameter called `name`.

@@ -10,7 +10,7 @@ use crate::report::{Cell, Column, Table, TableOf};
 use crate::session::Level;
 
 /// Length of a foot, m.
-const M_PER_FT: f64 = 0.3048;
+pub(super) const M_PER_FT: f64 = 0.3048;
 
 /// Surface of an input by the throttles.
 pub(super) const THROTTLE: &str = "throttle";

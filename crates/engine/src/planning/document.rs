@@ -3,51 +3,78 @@
 use doublet_core::series::Series;
 use doublet_dynamics::design::{CONTROLS, Designed, PlannedManoeuvre, SURFACE_NAMES, THROTTLE};
 
+use super::card::{M_PER_FT, height, speed};
 use super::rows::{ComparedKind, DesignRow, ExcursionRow};
+use super::safety::M_S_PER_KT;
 use crate::notation::significant;
-use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, line, points};
+use crate::report::document::{
+    Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, Style, UnitSystem, line, points,
+};
 use crate::report::{Cell, Column, Table, TableOf};
 use crate::session::{Level, Session};
 use crate::snapshot::{DerivativeRow, Enough, NextRow};
 use crate::{date, notation};
 
-/// Lays the card of a design out.
-pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed) -> Document {
+/// Lays the card of a design out in a style.
+pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed, style: &Style) -> Document {
     let section = |name, title, blocks| Section::plain(name, title, false, blocks);
-    Document {
+    let units = style.units;
+    let mut document = Document {
         title: format!("Test card: {} on {}", row.kind, row.surfaces.join(", ")),
         subtitle: session.title.clone(),
         date: date::today(),
         notice: "Deflections are from trim; positive: right aileron down, elevator trailing edge down, rudder trailing edge left."
             .to_owned(),
-        cover: notes(row).chain([facts(row)]).collect(),
-                sections: vec![
+        cover: notes(row, units).into_iter().chain([facts(row, units)]).collect(),
+        sections: vec![
             section("input", "Input", input(row, designed)),
-            section("excursions", "Expected excursions", vec![Block::Table(excursions(row).select(&EXCURSIONS))]),
+            section("excursions", "Expected excursions", vec![Block::Table(excursions(row, units).select(&EXCURSIONS))]),
             section("errors", "Expected standard errors", vec![Block::Table(predicted(row).select(&PREDICTED))]),
             section("notes", "Crew notes", vec![Block::Lines(6)]),
         ],
         ..Document::default()
-    }
+    };
+    style.apply(&mut document);
+    document
 }
 
-/// What is wrong with the design: bad where it is expected beyond a limit.
-fn notes(row: &DesignRow) -> impl Iterator<Item = Block> + '_ {
-    let is_beyond = row.excursions.iter().any(ExcursionRow::is_beyond_limit);
-    let level = if is_beyond { Level::Bad } else { Level::Caution };
-    row.notes.iter().map(move |note| Block::Outcome(level, note.clone()))
+/// What is wrong with the design: bad, in one line, what is expected beyond its limit.
+fn notes(row: &DesignRow, units: UnitSystem) -> Vec<Block> {
+    let warnings: Vec<String> = row.excursions.iter().filter_map(ExcursionRow::warning).collect();
+    let beyond: Vec<String> = row.excursions.iter().filter_map(|own| beyond_limit(own, units)).collect();
+    let banner = (!beyond.is_empty()).then(|| {
+        let limits = if beyond.len() == 1 { "its limit" } else { "their limits" };
+        Block::Outcome(Level::Bad, format!("do not fly unchanged: expected beyond {limits}: {}", beyond.join(", ")))
+    });
+    let others = row.notes.iter().filter(|note| !warnings.contains(note));
+    banner.into_iter().chain(others.map(|note| Block::Outcome(Level::Caution, note.clone()))).collect()
+}
+
+/// A quantity that is expected beyond its limit, by how much and which limit.
+fn beyond_limit(own: &ExcursionRow, units: UnitSystem) -> Option<String> {
+    let beyond = -own.margin.filter(|_| own.is_beyond_limit())?;
+    let by = match own.name {
+        "V" => speed(units, beyond, 2),
+        "h" => height(units, beyond, 2),
+        _ => {
+            let (unit, factor) = notation::shown(own.unit).unwrap_or((own.unit, 1.0));
+            format!("{} {unit}", significant(factor * beyond, 2)).trim_end().to_owned()
+        }
+    };
+    let source = own.limit_source.as_deref().unwrap_or("limit");
+    Some(format!("{} by {by} ({source})", own.title()))
 }
 
 fn degrees(rad: f64) -> String {
     format!("{} deg", significant(rad.to_degrees(), 3))
 }
 
-fn facts(row: &DesignRow) -> Block {
+fn facts(row: &DesignRow, units: UnitSystem) -> Block {
     let trim = &row.trim;
     let fact = |name: &str, text: String| (name.to_owned(), text);
     Block::Facts(vec![
-        fact("True airspeed", format!("{} m/s", significant(trim["airspeed_m_s"], 4))),
-        fact("Altitude", format!("{} m", significant(trim["altitude_m"], 4))),
+        fact("True airspeed", speed(units, trim["airspeed_m_s"], 4)),
+        fact("Altitude", height(units, trim["altitude_m"], 4)),
         fact("Mass", format!("{} kg", significant(trim["mass_kg"], 4))),
         fact("Configuration", "trimmed, level, power as set for the trim".to_owned()),
         fact("Manoeuvres", format!("{} of {} s in all", row.manoeuvres.len(), significant(row.time_s, 4))),
@@ -102,16 +129,21 @@ const PREDICTED: [&str; 6] = ["name", "estimate", "corrected", "promised", "rela
 /// Errors and excursions to expect of a design; kinds of input side by side where they were compared.
 pub fn design_tables(row: &DesignRow) -> Vec<Table> {
     let compared = (!row.comparison.is_empty()).then(|| comparison_table(row));
-    [predicted(row), excursions(row)].into_iter().chain(compared).collect()
+    [predicted(row), excursions(row, UnitSystem::Si)].into_iter().chain(compared).collect()
 }
 
 /// Excursions in the units people read, angles in degrees.
-fn excursions(row: &DesignRow) -> Table {
+fn excursions(row: &DesignRow, units: UnitSystem) -> Table {
     let caption = "Mean extremes ± 3 standard deviations, over random gusts, initial states and derivatives.";
-    let factor = |own: &&ExcursionRow| notation::shown(own.unit).map_or(1.0, |shown| shown.1);
+    let shown = |own: &&ExcursionRow| match (units, own.name) {
+        (UnitSystem::Aviation, "V") => ("kt", 1.0 / M_S_PER_KT),
+        (UnitSystem::Aviation, "h") => ("ft", 1.0 / M_PER_FT),
+        _ => notation::shown(own.unit).unwrap_or((own.unit, 1.0)),
+    };
+    let factor = |own: &&ExcursionRow| shown(own).1;
     TableOf::new("excursions", caption, &row.excursions)
         .text("name", "quantity", |own| own.title())
-        .text("unit", "unit", |own| notation::shown(own.unit).map_or(own.unit, |shown| shown.0))
+        .text("unit", "unit", |own| shown(own).0)
         .number("nominal_low", "nominal least", "", 4, |own| factor(own) * own.nominal_low)
         .number("nominal_high", "greatest", "", 4, |own| factor(own) * own.nominal_high)
         .number("low", "least", "", 4, |own| factor(own) * own.low)
@@ -287,13 +319,27 @@ mod tests {
             ..DesignRow::default()
         };
         let beyond = row(excursion(Some(-0.02)));
-        let found: Vec<Block> = notes(&beyond).collect();
+        let found = notes(&beyond, UnitSystem::Si);
         let [Block::Outcome(Level::Bad, text)] = found.as_slice() else { panic!("one banner: {found:?}") };
-        assert_eq!(text, "do not fly unchanged: α is expected 1.1 deg beyond its limit (as flown)");
-        assert_eq!(excursions(&beyond).rows[0].last(), Some(&Cell::text("no")));
+        assert_eq!(text, "do not fly unchanged: expected beyond its limit: α by 1.1 deg (as flown)");
+        assert_eq!(excursions(&beyond, UnitSystem::Si).rows[0].last(), Some(&Cell::text("no")));
         for margin in [None, Some(0.0), Some(0.03)] {
             let within = row(excursion(margin));
-            assert_eq!(notes(&within).count(), 0, "{margin:?}");
+            assert_eq!(notes(&within, UnitSystem::Si).len(), 0, "{margin:?}");
         }
+    }
+
+    #[test]
+    fn several_limits_are_one_banner_in_the_units_asked_for() {
+        let fast = ExcursionRow { name: "V", unit: "m/s", ..excursion(Some(-1.0)) };
+        let row = DesignRow { excursions: vec![excursion(Some(-0.02)), fast], ..DesignRow::default() };
+        for (units, speed) in [(UnitSystem::Si, "1.0 m/s (1.9 kt)"), (UnitSystem::Aviation, "1.9 kt")] {
+            let found = notes(&row, units);
+            let [Block::Outcome(Level::Bad, text)] = found.as_slice() else { panic!("one banner: {found:?}") };
+            let expected = format!("α by 1.1 deg (as flown), V by {speed} (as flown)");
+            assert_eq!(*text, format!("do not fly unchanged: expected beyond their limits: {expected}"));
+        }
+        let table = excursions(&row, UnitSystem::Aviation);
+        assert_eq!(table.rows[1][1], Cell::text("kt"));
     }
 }

@@ -15,6 +15,7 @@ use super::rows::{DesignRow, SignalRow};
 use crate::builtin::PREFIX;
 use crate::graph::StageResult;
 use crate::session::{self, Session};
+use crate::stage::Instruments;
 
 /// Nodes of all manoeuvres, straight lines between them: number of the window, time since its start, deflections about the trim.
 pub fn design_csv(row: &DesignRow) -> String {
@@ -55,6 +56,7 @@ pub fn design_files(
         let flown = scenario::parse(&scenario_text).map_err(|error| error.to_string())?;
         let mut own = designed_session(session, &flown, FLIGHT_FOLDER).map_err(|error| error.to_string())?;
         own.title = format!("{}: designed {}", session.title, row.kind);
+        own.preparation.accuracy.0.extend(Instruments::stated(&row.sensor_accuracy));
         files.push(("design_session.toml", session::print(&own).map_err(|error| error.to_string())?));
     }
     files.push(("design_scenario.toml", scenario_text));
@@ -68,7 +70,8 @@ pub(super) fn loading_text(loading: &Loading) -> String {
     format!("\n{}", toml::to_string(&table).unwrap_or_default())
 }
 
-/// A scenario file for `doublet simulate`: the manoeuvres one after the other from the design's trim, in its gusts, with a loading. Changes of
+/// A scenario file for `doublet simulate`: the manoeuvres one after the other from the design's trim, in its gusts, with a loading, and with
+/// instruments as accurate as the session shows them. Changes of
 /// the thrust are those of the manifold pressure at the trim of the simulator's aircraft, none for others.
 pub(super) fn design_scenario(
     row: &DesignRow,
@@ -82,6 +85,12 @@ pub(super) fn design_scenario(
         row.trim["airspeed_m_s"], row.trim["altitude_m"], row.gust_m_s
     );
     text += &loading.map_or_else(String::new, loading_text);
+    if !row.sensor_accuracy.is_empty() && scenario::aircraft().contains(&aircraft) {
+        text += "\n[sensor_accuracy]\n";
+        for (error, deviation) in &row.sensor_accuracy {
+            let _ = writeln!(text, "{} = {deviation:?}", error.name());
+        }
+    }
     let moves_thrust = designed.manoeuvres.iter().any(|manoeuvre| manoeuvre.surfaces.contains(&THROTTLE));
     let head = (moves_thrust && scenario::aircraft().contains(&aircraft))
         .then(|| scenario::parse(&text).map_err(|error| error.to_string()))

@@ -1,6 +1,7 @@
 //! What path, sensors, clocks and the scatter between manoeuvres add to the errors of a session, and so to those of a design.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use doublet_core::statistics::NORMAL_95;
 use doublet_dynamics::design::{CONTROLS, SURFACE_NAMES};
@@ -9,21 +10,25 @@ use super::basis::tells;
 use super::rows::{DesignRow, PredictedRow};
 use crate::session::Session;
 use crate::snapshot::Snapshot;
-use crate::stage::CoefficientFit;
+use crate::stage::{CoefficientFit, PathErrors};
 
 /// Variance of each derivative beyond the noise of its fit, with the manoeuvres it is of.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct PathShare {
     /// By derivative.
     parts: BTreeMap<String, Part>,
-    /// Time of all manoeuvres of the session that are used, s: they determine the constant errors of the sensors together.
+    /// Time of all manoeuvres of the session that are used, s.
     time_s: f64,
+    /// Errors of path and sensors; none where they could not be formed.
+    errors: Option<Arc<PathErrors>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct Part {
-    /// Variance beyond that of the noise and of the scatter that noise gives between manoeuvres.
+    /// Variance beyond that of the noise, of the scatter that noise gives between manoeuvres, and of path and sensors.
     variance: f64,
+    /// Variance by the choice of the differentiation.
+    choice: f64,
     /// Manoeuvres of the fit.
     windows: usize,
     /// Whether a manoeuvre of one control alone excites it.
@@ -34,13 +39,15 @@ impl PathShare {
     /// That of a session that was run; none where it has no pooled fit.
     pub fn measure(session: &Session, snapshot: &Snapshot) -> Option<Self> {
         let pooled = snapshot.pooled.ready()?;
-        let parts = pooled.fits.iter().flat_map(|fit| fit_parts(fit, session));
+        let errors = pooled.path_errors.clone();
+        let parts = pooled.fits.iter().flat_map(|fit| fit_parts(fit, session, errors.as_deref()));
         let times = session.active_windows().map(|window| window.window.end_s - window.window.start_s);
-        Some(Self { parts: parts.collect(), time_s: times.sum() })
+        Some(Self { parts: parts.collect(), time_s: times.sum(), errors })
     }
 
-    /// Variance to expect of a derivative beside that of its noise: errors that the innovations show fall with the time flown by any
-    /// control; the scatter between manoeuvres is that of the noise, by so many manoeuvres. None of a derivative that was not fitted.
+    /// Variance to expect of a derivative beside that of its noise: what further time shows of the instruments, which remain those of the
+    /// session; the choice of the differentiation; models that do not fit, which fall with the time flown; the scatter between manoeuvres by
+    /// noise, of so many manoeuvres. None of a derivative that was not fitted.
     fn variance(&self, name: &str, noise: f64, row: &DesignRow, with_flown: bool) -> Option<f64> {
         let part = self.parts.get(name)?;
         let own = row.manoeuvres.iter().filter(|manoeuvre| match manoeuvre.surfaces.as_slice() {
@@ -53,7 +60,9 @@ impl PathShare {
             true => (count + part.windows, times.sum::<f64>() + self.time_s),
             false => (count, times.sum()),
         };
-        let path = part.variance * self.time_s / time_s;
+        let more = time_s / self.time_s;
+        let sensors = self.errors.as_ref().map_or(0.0, |errors| errors.instruments().variance(name, more));
+        let path = part.variance / more + part.choice + sensors;
         (windows > 0).then(|| path + noise * noise * (scatter_inflation(windows) - 1.0))
     }
 }
@@ -101,15 +110,16 @@ fn integral(value: &dyn Fn(f64) -> f64, end: f64) -> f64 {
     (at(0) + inside + at(2 * HALVES)) * step / 3.0
 }
 
-fn fit_parts(fit: &CoefficientFit, session: &Session) -> Vec<(String, Part)> {
+fn fit_parts(fit: &CoefficientFit, session: &Session, path: Option<&PathErrors>) -> Vec<(String, Part)> {
     let Ok(found) = &fit.fit else { return Vec::new() };
     let errors = fit.corrected_errors.iter().zip(&fit.noise_errors);
     let excited_by = tells(fit.coefficient, &session.estimation);
     let windows = fit.windows.len();
     let scattered = scatter_inflation(windows);
     let part = |(name, (all, noise)): (&String, (&f64, &f64))| {
-        let variance = (all * all - scattered * noise * noise).max(0.0);
-        (name.clone(), Part { variance, windows, excited_by })
+        let (sensors, choice) = path.map_or((0.0, 0.0), |path| path.variances(name));
+        let variance = (all * all - sensors - choice - scattered * noise * noise).max(0.0);
+        (name.clone(), Part { variance, choice, windows, excited_by })
     };
     found.names.iter().zip(errors).map(part).collect()
 }
@@ -125,6 +135,8 @@ impl DesignRow {
             let noise = own.corrected;
             own.promised = noise.map(|noise| (noise * noise + variance.unwrap_or(0.0)).sqrt());
         }
+        let instruments = share.errors.as_ref().map(|errors| errors.instruments());
+        self.sensor_accuracy = instruments.map(|own| own.accuracy().clone()).unwrap_or_default();
     }
 }
 
@@ -161,13 +173,13 @@ mod tests {
     }
 
     #[test]
-    fn the_share_of_the_path_falls_with_the_time_of_all_manoeuvres() {
-        let part = |excited_by| Part { variance: 4.0, windows: 8, excited_by };
+    fn the_share_of_a_model_that_does_not_fit_falls_with_the_time_of_all_manoeuvres() {
+        let part = |excited_by| Part { variance: 4.0, choice: 0.0, windows: 8, excited_by };
         let parts = [
             ("Cm_q".to_owned(), part([false, true, false, true])),
             ("Cl_p".to_owned(), part([true, false, true, false])),
         ];
-        let share = PathShare { parts: parts.into(), time_s: 100.0 };
+        let share = PathShare { parts: parts.into(), time_s: 100.0, errors: None };
         let mut row = DesignRow {
             kind: "doublet",
             time_s: 125.0,

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use doublet_core::model::regressors;
+use doublet_core::quantity::InstrumentError;
 use doublet_dynamics::design::{
     Basis, CONTROLS, Criterion, DesignKind, Designed, Limit, PlannedManoeuvre, Request, SURFACE_NAMES, THROTTLE,
     design, relative_peak_factor, window_variables,
@@ -29,6 +30,8 @@ pub struct DesignRow {
     pub trim: BTreeMap<&'static str, f64>,
     /// Standard deviation of the gusts, m/s.
     pub gust_m_s: f64,
+    /// Standard deviations of constant errors of the instruments, as the session shows them.
+    pub sensor_accuracy: BTreeMap<InstrumentError, f64>,
     /// Band of the modes that the surfaces excite, Hz.
     pub band_hz: [f64; 2],
     /// Derivatives with the errors to expect.
@@ -166,6 +169,7 @@ pub fn design_row(basis: &Basis, request: &Request, designed: &Designed) -> Desi
             ("rudder_rad", trim.controls_rad[2]),
         ]),
         gust_m_s: basis.gust_m_s,
+        sensor_accuracy: BTreeMap::new(),
         band_hz: designed.band_hz,
         predicted: predicted(designed),
         excursions: designed.excursions.iter().map(|own| excursion(own, own_limit(own.quantity))).collect(),

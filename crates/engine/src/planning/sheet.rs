@@ -11,7 +11,7 @@ use super::files::design_files;
 use super::path_share::PathShare;
 use super::rows::{DesignRow, designed_rows};
 use crate::graph::{Context, Control, StageResult};
-use crate::report::document::{Block, Document};
+use crate::report::document::{Block, Document, Style};
 use crate::session::{Level, Session};
 use crate::snapshot::{Snapshot, with_study_input};
 
@@ -87,7 +87,7 @@ pub fn design_sheet(
         context.checkpoint()?;
         let (mut row, designed) = designed_rows(&basis, &request.request(), request.compare, &|| context.checkpoint())?;
         PathShare::measure(session, snapshot).iter().for_each(|share| row.add_path(share, false));
-        let card = design_document(session, &row, &designed);
+        let card = design_document(session, &row, &designed, &Style::default());
         let aircraft = input.aircraft.loaded.aircraft.clone();
         Ok(DesignSheet { row, designed, card, session: session.clone(), aircraft })
     })

@@ -62,7 +62,7 @@ pub use preparation::{AngularAcceleration, ControlLags, MomentReference, Prepara
 pub use refused::{CandidateEdit, RefusedCandidate};
 pub use report_figure::{ReportFigure, ReportFigureEdit};
 pub use schema::{FORMAT, SessionError, VERSION, from_table, json_schema, parse, print, to_table};
-pub use sensor_errors::{ErrorValues, SensorErrorMethod, SensorErrors};
+pub use sensor_errors::{ErrorValues, InstrumentAccuracy, SensorErrorMethod, SensorErrors};
 pub use signals::{HeldSampleUse, SignalEdit, SignalPreset, SignalRule, SignalSetting};
 pub use window_edit::WindowEdit;
 

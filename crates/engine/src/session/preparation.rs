@@ -8,7 +8,7 @@ use doublet_core::quantity::HashBits;
 use serde::{Deserialize, Serialize};
 
 use super::check::contradiction;
-use super::{ErrorValues, PathSource, Surface};
+use super::{ErrorValues, InstrumentAccuracy, PathSource, Surface};
 use crate::session::Finding;
 
 /// How coefficients are formed from the reconstructed path.
@@ -46,11 +46,13 @@ pub struct Preparation {
     pub angular_acceleration: AngularAcceleration,
     /// Constant errors of the sensors that are known: the samples of step 1 are freed of them.
     pub known_errors: ErrorValues,
+    /// How well constant errors of the instruments are known: for the errors of the derivatives.
+    pub accuracy: InstrumentAccuracy,
 }
 
 hash_fields!(Preparation {
     path, matched_smoothing, control_lags, correct_accelerometer, correct_vanes, correct_antenna, thrust, axes, moment_reference,
-    gyroscopic, angular_acceleration, known_errors;
+    gyroscopic, angular_acceleration, known_errors, accuracy;
     differentiation_half_width_s, settle_s, origin_altitude_m
 });
 
@@ -170,6 +172,7 @@ impl Default for Preparation {
             gyroscopic: Gyroscopic::Signed,
             angular_acceleration: AngularAcceleration::Differentiated,
             known_errors: ErrorValues::default(),
+            accuracy: InstrumentAccuracy::default(),
         }
     }
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use doublet_core::estimate::{
     ErrorTerm, Freedom, NoiseModel, OutputErrorSettings, Sensor, SensorError, SensorErrorSettings,
 };
+use doublet_core::quantity::InstrumentError;
 use doublet_core::reconstruct::{FilterData, FilterSettings, Input, Measurement};
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +23,18 @@ impl Hash for ErrorValues {
     fn hash<H: Hasher>(&self, state: &mut H) {
         for (error, value) in &self.0 {
             (error, value.to_bits()).hash(state);
+        }
+    }
+}
+
+/// Standard deviations of constant errors of the instruments, SI; what is usual for those left out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InstrumentAccuracy(pub BTreeMap<InstrumentError, f64>);
+
+impl Hash for InstrumentAccuracy {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        for (error, deviation) in &self.0 {
+            (error, deviation.to_bits()).hash(state);
         }
     }
 }
@@ -156,6 +169,12 @@ pub(super) fn findings(session: &Session) -> Vec<Finding> {
         if !is_usable {
             let text = format!("known error {value} must be finite, a scale error above -1");
             say("known", *error, text, "enter such a value");
+        }
+    }
+    for (error, deviation) in &session.preparation.accuracy.0 {
+        if let Err(text) = error.check_deviation(*deviation) {
+            let place = format!("sensor_errors.accuracy of {}", error.name());
+            found.push(contradiction(place, text, "enter a value in this range"));
         }
     }
     found

@@ -10,15 +10,16 @@ use std::sync::Arc;
 
 use doublet_core::estimate::PooledFit;
 use doublet_core::model::{Coefficient, Structure};
+use doublet_core::quantity::InstrumentError;
 use doublet_core::statistics::median_step;
 use rayon::prelude::*;
 
 use super::aero::WindowAero;
 use super::fit::{AeroWindow, pooled_regressions};
-use crate::session::{Estimation, Surface};
+use crate::session::{Estimation, InstrumentAccuracy, Surface};
 
 /// Deviation of the delay of a deflection before any flight, s: recorders deliver controls within some 0.05 s.
-const PRIOR_DEVIATION_S: f64 = 0.05;
+pub const PRIOR_DEVIATION_S: f64 = 0.05;
 
 /// What the residuals say of the delay of a surface's deflection, and how the pooled derivatives move with it.
 #[derive(Clone, Debug)]
@@ -32,10 +33,24 @@ pub struct ControlDelay {
 }
 
 impl ControlDelay {
+    /// Change of a derivative when the samples are freed of the delay, per s.
+    pub fn slope(&self, derivative: &str) -> f64 {
+        self.slopes.get(derivative).copied().unwrap_or_default()
+    }
+
     /// Mean square of the change that the delay makes in a derivative.
     pub fn mean_square(&self, derivative: &str) -> f64 {
-        let slope = self.slopes.get(derivative).copied().unwrap_or_default();
+        let slope = self.slope(derivative);
         slope * slope * (self.delay_s * self.delay_s + self.standard_error_s * self.standard_error_s)
+    }
+}
+
+/// The error of the instruments that the delay of a deflection is.
+pub fn instrument_error(surface: Surface) -> InstrumentError {
+    match surface {
+        Surface::Aileron => InstrumentError::AileronDelay,
+        Surface::Elevator => InstrumentError::ElevatorDelay,
+        Surface::Rudder => InstrumentError::RudderDelay,
     }
 }
 
@@ -43,7 +58,11 @@ impl ControlDelay {
 type SharedFit = (Coefficient, usize, PooledFit);
 
 /// The delay of each surface that the windows record and the structure has.
-pub fn control_delays(windows: &[AeroWindow<'_>], structure: &Structure, estimation: &Estimation) -> Vec<ControlDelay> {
+pub fn control_delays(
+    windows: &[AeroWindow<'_>],
+    (structure, estimation): (&Structure, &Estimation),
+    accuracy: &InstrumentAccuracy,
+) -> Vec<ControlDelay> {
     let Some(step_s) = windows.first().and_then(|(_, aero)| median_step(&aero.data.time_s)) else { return Vec::new() };
     let nominal = fit_shared(windows, structure, estimation);
     let delay = |surface: &Surface| {
@@ -52,7 +71,8 @@ pub fn control_delays(windows: &[AeroWindow<'_>], structure: &Structure, estimat
                 windows.iter().map(|(window, aero)| Some((*window, taken_later(aero, *surface, by_s)?))).collect();
             Some(fit_shared(&windows?, structure, estimation))
         };
-        control_delay(*surface, &nominal, [&moved(-step_s)?, &moved(step_s)?], step_s)
+        let deviation_s = accuracy.0.get(&instrument_error(*surface)).copied().unwrap_or(PRIOR_DEVIATION_S);
+        control_delay((*surface, deviation_s), &nominal, [&moved(-step_s)?, &moved(step_s)?], step_s)
     };
     Surface::ALL.par_iter().filter_map(delay).collect()
 }
@@ -84,12 +104,12 @@ fn taken_later(aero: &Arc<WindowAero>, surface: Surface, by_s: f64) -> Option<Ar
 
 /// The delay by all coefficients together, from the fits with the deflection taken `step_s` earlier and later.
 fn control_delay(
-    surface: Surface,
+    (surface, deviation_s): (Surface, f64),
     nominal: &[SharedFit],
     [earlier, later]: [&[SharedFit]; 2],
     step_s: f64,
 ) -> Option<ControlDelay> {
-    let mut information = PRIOR_DEVIATION_S.powi(-2);
+    let mut information = deviation_s.powi(-2);
     let mut weighed = 0.0;
     let mut slopes = BTreeMap::new();
     for (coefficient, shared, fit) in nominal {

@@ -12,6 +12,7 @@ use doublet_core::statistics::{median, squares_about_mean};
 use rayon::prelude::*;
 
 use super::aero::WindowAero;
+use super::path_errors::PathErrors;
 use super::prediction::{Parameters, Prediction, predict};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{Estimation, Manoeuvre, PooledConstants, ResidualWeights, Surface, WindowRole};
@@ -91,6 +92,8 @@ pub struct PooledFits {
     /// Scale errors of the recorded flow angles; none where gusts explain the measurements better, and before the errors of the path are
     /// formed.
     pub vane_scales: Vec<VaneScale>,
+    /// What the errors of path and sensors are, once they were added to the corrected errors.
+    pub path_errors: Option<Arc<PathErrors>>,
 }
 
 /// Scale error of a recorded flow angle over all manoeuvres: its scale is `1 + value` of the reconstructed path.
@@ -317,7 +320,12 @@ fn pooled_fits_by(
     let fits: Vec<CoefficientFit> = each().map(fit).collect();
     let predictions = each().zip(&fits).map(|(model, fit)| predict_windows(model, fit, windows, estimation));
     let predictions: Vec<Vec<Prediction>> = predictions.collect();
-    PooledFits { fits, predictions: predictions.into_iter().flatten().collect(), vane_scales: Vec::new() }
+    PooledFits {
+        fits,
+        predictions: predictions.into_iter().flatten().collect(),
+        vane_scales: Vec::new(),
+        path_errors: None,
+    }
 }
 
 fn predict_windows(

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use doublet_core::estimate::{ConstantErrors, InnovationEvidence, constant_errors};
 use doublet_core::prep::Differentiation;
+use doublet_core::quantity::InstrumentError;
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, MEASUREMENTS, Measurement, Method, Reconstruction, State, lane_groups,
 };
@@ -13,9 +14,10 @@ use rayon::prelude::*;
 use super::aero::{WindowAero, aero_along, states_of};
 use super::control_delays::{ControlDelay, control_delays};
 use super::fit::{AeroWindow, PooledFits, VaneScale, pooled_regressions};
+use super::next_errors::Instruments;
 use super::path::{WindowPath, measurements_of, reconstructions};
 use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageError, StageResult};
-use crate::session::{Manoeuvre, PathSource, Settings};
+use crate::session::{InstrumentAccuracy, Manoeuvre, PathSource, Settings};
 
 /// Most samples of all windows together for which errors of the path, and what findings change, are formed: each takes a further path.
 pub(crate) const MOST_SAMPLES: usize = 60_000;
@@ -113,6 +115,26 @@ impl ConstantError {
         }
     }
 
+    /// The error of the instruments it is.
+    pub fn instrument_error(self) -> InstrumentError {
+        match self {
+            Self::AlphaOffset => InstrumentError::AlphaOffset,
+            Self::BetaOffset => InstrumentError::BetaOffset,
+            Self::GroundDelay => InstrumentError::GroundDelay,
+            Self::AltitudeDelay => InstrumentError::AltitudeDelay,
+            Self::FlowDelay => InstrumentError::FlowDelay,
+            Self::AirspeedDelay => InstrumentError::AirspeedDelay,
+            Self::AttitudeDelay => InstrumentError::AttitudeDelay,
+            Self::AlphaScale => InstrumentError::AlphaScale,
+            Self::BetaScale => InstrumentError::BetaScale,
+        }
+    }
+
+    /// What a session states of it, or what is usual.
+    pub fn deviation_by(self, accuracy: &InstrumentAccuracy) -> f64 {
+        accuracy.0.get(&self.instrument_error()).copied().unwrap_or_else(|| self.prior_deviation())
+    }
+
     /// The measurements of a window freed of an error of one step, by the path at their samples.
     pub(super) fn free(self, data: &FilterData, path: &[PathAtSamples; MEASUREMENTS]) -> FilterData {
         self.free_of(self.step(), data, path)
@@ -182,10 +204,16 @@ impl PathErrors {
         (sensors, choice)
     }
 
+    /// What the session shows of the instruments, for a flight still to come.
+    pub fn instruments(&self) -> Instruments<'_> {
+        Instruments::new(self)
+    }
+
     /// The fits with these errors in their corrected standard errors.
-    pub fn widen(&self, pooled: &PooledFits) -> PooledFits {
+    pub fn widen(self: &Arc<Self>, pooled: &PooledFits) -> PooledFits {
         let mut pooled = pooled.clone();
         pooled.vane_scales.clone_from(&self.vane_scales);
+        pooled.path_errors = Some(Arc::clone(self));
         for fit in &mut pooled.fits {
             let Ok(found) = &fit.fit else { continue };
             for (name, error) in found.names.iter().zip(&mut fit.corrected_errors) {
@@ -226,7 +254,7 @@ impl Stage for WidenedFits {
     const NAME: &'static str = "errors of the pooled estimate";
 
     fn run(_: (), (pooled, errors): Self::Inputs<'_>, _: &Context<'_>) -> StageResult<PooledFits> {
-        Ok(errors.widen(pooled))
+        Ok(errors.shared().widen(pooled))
     }
 }
 
@@ -277,7 +305,7 @@ pub fn path_errors(windows: &[ErrorWindow<'_>], settings: Settings<'_>, control:
             InnovationEvidence::new(nominal, &freed)
         })
         .collect();
-    let priors: Vec<f64> = kinds.iter().map(|kind| kind.prior_deviation()).collect();
+    let priors: Vec<f64> = kinds.iter().map(|kind| kind.deviation_by(&preparation.accuracy)).collect();
     let found = constant_errors(&evidence, &priors)?;
     let slope = |name: &String, value: &f64| -> Vec<f64> {
         freed
@@ -294,7 +322,7 @@ pub fn path_errors(windows: &[ErrorWindow<'_>], settings: Settings<'_>, control:
     let change =
         |name: &String, value: &f64| other.each_ref().map(|moved| moved.get(name).map_or(0.0, |moved| moved - value));
     let aero: Vec<AeroWindow<'_>> = windows.iter().map(|(window, _, aero)| (*window, Arc::clone(aero))).collect();
-    let controls = control_delays(&aero, structure, estimation);
+    let controls = control_delays(&aero, (structure, estimation), &preparation.accuracy);
     let half_width = nominal.iter().map(|(name, value)| (name.clone(), change(name, value))).collect();
     let vane_scales = match has_gusts(filter) {
         true => scales_in_still_air(windows, settings, control)?,
@@ -336,7 +364,8 @@ fn scales_in_still_air(
     if !kinds.iter().any(|kind| kind.is_scale()) {
         return Ok(Vec::new());
     }
-    let (scales, corrected) = step_in_still_air(&data, &kinds, (&still, preparation.path), control)?;
+    let by = (&still, preparation.path);
+    let (scales, corrected) = step_in_still_air((&data, &kinds), &preparation.accuracy, by, control)?;
     let filtered = (&still, PathSource::Filtered);
     let paths = side_by_side(&corrected.iter().collect::<Vec<_>>(), filtered, control)?;
     let in_gusts: f64 = windows.iter().map(|(_, (_, path), _)| path.log_likelihood).sum();
@@ -352,8 +381,8 @@ fn scales_in_still_air(
 
 /// One step of Gauss and Newton in still air: the scale errors of the samples, and the samples freed of all errors found.
 fn step_in_still_air(
-    data: &[&FilterData],
-    kinds: &[ConstantError],
+    (data, kinds): (&[&FilterData], &[ConstantError]),
+    accuracy: &InstrumentAccuracy,
     by: (&FilterSettings, PathSource),
     control: &Control,
 ) -> StageResult<(Vec<VaneScale>, Vec<FilterData>)> {
@@ -364,7 +393,7 @@ fn step_in_still_air(
         let freed: Vec<_> = kinds.iter().zip(&freed).map(|(kind, paths)| (&paths[index], kind.step())).collect();
         InnovationEvidence::new(nominal, &freed)
     });
-    let priors: Vec<f64> = kinds.iter().map(|kind| kind.prior_deviation()).collect();
+    let priors: Vec<f64> = kinds.iter().map(|kind| kind.deviation_by(accuracy)).collect();
     let found = constant_errors(&evidence.collect::<Vec<_>>(), &priors)?;
     let without = |(data, path): (&&FilterData, &[PathAtSamples; MEASUREMENTS])| {
         let errors = kinds.iter().zip(&found.estimates);

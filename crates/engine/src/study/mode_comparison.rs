@@ -3,6 +3,7 @@
 use std::f64::consts::LN_2;
 
 use doublet_core::statistics::{NORMAL_95, student_widening};
+use doublet_dynamics::frequency::FittedParameter;
 use doublet_dynamics::modes::{Figure, MeasuredMode, ModeEstimate};
 
 use super::dynamics::MeasuredWindow;
@@ -190,8 +191,13 @@ fn combine(found: &[[f64; 2]]) -> Option<Bounded> {
 }
 
 fn of_system(system: &EquivalentStudy, quantity: ModeQuantity) -> Option<Bounded> {
-    let mut all = system.fit.parameters.iter().chain(&system.derived);
-    let found = all.find(|parameter| parameter.name == quantity.parameter())?;
+    let named = |name: &str| system.fit.parameters.iter().chain(&system.derived).find(|own| own.name == name);
+    let found = named(quantity.parameter())?;
+    // The damping of an oscillation without a frequency says nothing.
+    let oscillates = named("omega").is_none_or(FittedParameter::is_determined);
+    if quantity == ModeQuantity::Damping && !oscillates {
+        return None;
+    }
     finite(Bounded { value: found.value, low: found.low, high: found.high })
 }
 

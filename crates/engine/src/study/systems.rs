@@ -3,6 +3,7 @@
 use doublet_core::estimate::{EquationFault, EquationFit, FilterErrorFit, FitQuality};
 use doublet_dynamics::frequency::{EquivalentSystem, FittedParameter, FrequencyError, Mismatch};
 
+use crate::notation::{significant, system_parameter};
 use crate::session::{Finding, Level, Verdict};
 
 /// Cost of the mismatch (Tischler and Remple, chapter 11): up to the first the form is hardly told from the response, beyond the second it
@@ -49,7 +50,7 @@ pub(crate) fn judge_system(
             let Some((level, times)) = with.and_then(|with| apart(own, with)) else { continue };
             let text = format!(
                 "{} is {:.4} by form {}, {:.4} by form {}: {times:.1} standard errors (limit {:.0}).",
-                own.name,
+                system_parameter(&own.name).0,
                 own.value,
                 fit.form,
                 with.map_or(f64::NAN, |with| with.value),
@@ -67,11 +68,23 @@ pub(crate) fn judge_system(
         let Some((level, times)) = apart(first, own) else { continue };
         let text = format!(
             "Methods disagree on {}: {:.4} and {:.4}, {times:.1} standard errors apart (limit {:.0}).",
-            own.name, first.value, own.value, APART[0]
+            system_parameter(&own.name).0,
+            first.value,
+            own.value,
+            APART[0]
         );
         let level = level.min(Level::Caution);
         findings
             .push(finding(level, "twin", &place, text, "Check the band and the form.").with_figure(times, APART[0]));
+    }
+    let undetermined = fit.parameters.iter().chain(derived).filter(|own| !own.is_determined());
+    for own in undetermined {
+        let (value, error) = (significant(own.value, 3), significant(own.standard_error, 3));
+        let name = system_parameter(&own.name).0;
+        let text = format!("Not determined: {name} {value} with standard error {error} (limit 100 %).");
+        let fix = "Choose a form of lower order or a wider band.";
+        let relative = own.standard_error / own.value;
+        findings.push(finding(Level::Caution, "determined", &place, text, fix).with_figure(relative, 1.0));
     }
     if fit.is_delay_at_zero {
         let text = "Delay hit its lower bound 0: the data lead the model.".to_owned();

@@ -114,7 +114,7 @@ fn in_words(places: &[&Place]) -> String {
         [place] => place.to_string(),
         _ => pooled_in_words(places)
             .or_else(|| manoeuvres_in_words(places))
-            .unwrap_or_else(|| format!("{} to {} ({} in all)", places[0], places[places.len() - 1], places.len())),
+            .unwrap_or_else(|| format!("{} and {} more", places[0], places.len() - 1)),
     }
 }
 
@@ -290,7 +290,7 @@ mod tests {
         let offset = |name: &str| (Place::in_manoeuvre(name, "alpha"), message!("offset"));
         assert_eq!(lines(&folded(["a", "b", "c"].map(offset).into())), ["in 3 manoeuvres, alpha: offset"]);
         let flight = |name: &str| (Place::flight(name), message!("late"));
-        assert_eq!(lines(&folded(["a", "b", "c"].map(flight).into())), ["flight 'a' to flight 'c' (3 in all): late"]);
+        assert_eq!(lines(&folded(["a", "b", "c"].map(flight).into())), ["flight 'a' and 2 more: late"]);
     }
 
     #[test]

@@ -8,8 +8,8 @@ use doublet_core::model::{AeroData, Coefficient, Structure, Term, regressors};
 use doublet_core::quantity::Role;
 use doublet_core::series::TimeRange;
 use doublet_engine::session::{
-    Estimation, Manoeuvre, PooledConstants, PredictionParameters, ResidualWeights, Surface, TermConstraint,
-    WindowFlags, WindowRole,
+    Estimation, InstrumentAccuracy, Manoeuvre, PooledConstants, PredictionParameters, ResidualWeights, Surface,
+    TermConstraint, WindowFlags, WindowRole,
 };
 use doublet_engine::stage::{
     AeroWindow, AirDensity, CoefficientFit, PooledFits, Prediction, WindowAero, condition_samples, control_delays,
@@ -322,7 +322,7 @@ fn late_deflection_is_found_by_the_residuals_and_is_in_the_errors() {
     let all: Vec<_> = windows().iter().map(late).collect();
     let windows: Vec<AeroWindow<'_>> = all.iter().map(|(manoeuvre, aero)| (manoeuvre, Arc::clone(aero))).collect();
     let estimation = Estimation { by_surface: false, ..Estimation::default() };
-    let found = control_delays(&windows, &Structure::thesis(), &estimation);
+    let found = control_delays(&windows, (&Structure::thesis(), &estimation), &InstrumentAccuracy::default());
     let fits = pooled_fits(&windows, &Structure::thesis(), &estimation).fits;
     let roll = fits.iter().find(|fit| fit.coefficient == Coefficient::Cl).unwrap();
     for delay in &found {

@@ -205,7 +205,8 @@ pub fn draw(svg: &mut Svg<'_>, plot: &Plot, (range, strokes): (&Range, &Strokes)
         &format!("{}{}", plot.y.title(), if plot.y.places.is_empty() { vertical.factor() } else { String::new() }),
     );
     if is_last {
-        let title = format!("{}{}", plot.x.title(), horizontal.factor());
+        let factor = if plot.x.places.is_empty() { horizontal.factor() } else { String::new() };
+        let title = format!("{}{factor}", plot.x.title());
         svg.text(area.x + area.width / 2.0, bottom + UNDER + TITLE_UNDER - 2.0, "middle", &title);
     }
 }

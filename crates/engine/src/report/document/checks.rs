@@ -7,7 +7,7 @@ use crate::notation::{self, significant};
 use crate::report::study_tables::{check_table, followed_table};
 use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::study::{ESTIMATORS, Estimator, FollowedOutput};
-use crate::verdict::{TWIN_CAUTION, TWIN_PART, compare_twins};
+use crate::verdict::{TWIN_CAUTION, TWIN_PART, compare_twins, fold};
 
 /// What was expected and found, then what was found about it; in the appendix derivatives by every method and how well the flights of output
 /// error follow.
@@ -23,9 +23,9 @@ pub fn checks(contents: &Contents<'_>) -> Parts {
     let mut blocks = vec![paragraph(&format!("Each manoeuvre by other estimators. {}", methods.join(" ")))];
     let expected = table(&[derivative_checks(contents), output_checks(contents)].concat());
     blocks.extend((!expected.rows.is_empty()).then_some(Block::Table(expected)));
-    let lines =
-        studies.check_findings.iter().map(|found| format!("{}: {}: {}", found.level.name(), found.place, found.text));
-    let lines: Vec<String> = lines.collect();
+    let folded = fold(&studies.check_findings, &[]);
+    let lines: Vec<String> =
+        folded.iter().map(|found| format!("{}: {}: {}", found.level.name(), found.place, found.text)).collect();
     if lines.is_empty() {
         blocks.push(paragraph("No finding: the output-error simulations follow their recordings."));
     } else {

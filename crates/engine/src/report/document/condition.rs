@@ -27,6 +27,9 @@ const LEAST_ALTITUDE_SPAN_M: f64 = 100.0;
 
 /// The derivatives that depend on airspeed or altitude, as far as these were varied; in the appendix slopes and figures of every derivative.
 pub fn condition(contents: &Contents<'_>) -> Parts {
+    if contents.results.windows.len() < 2 {
+        return Parts::default();
+    }
     let table = slopes(&contents.results.studies.conditions);
     let study = contents.snapshot.studies.manoeuvres.ready();
     let all = study.iter().flat_map(|study| &study.conditions);

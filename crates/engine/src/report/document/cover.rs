@@ -51,7 +51,7 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
     let mut facts = vec![("Purpose", purpose::stated(contents).map_or_else(|| scope(contents), str::to_owned))];
     facts.extend(purpose::summary(contents).map(|asked| ("Asked for", asked)));
     facts.extend([
-        ("Aircraft", results.aircraft.clone()),
+        ("Aircraft", if results.aircraft.is_empty() { "not stated".to_owned() } else { results.aircraft.clone() }),
         ("Flight", flights.collect::<Vec<_>>().join("; ")),
         ("Date of this report", date::today()),
         ("Program", results.app.clone()),
@@ -74,7 +74,11 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
 fn scope(contents: &Contents<'_>) -> String {
     let used = contents.session.active_windows().count();
     let flights = contents.session.flights.len();
-    format!("Aerodynamic and control derivatives from {} of {}", plural(used, "manoeuvre"), plural(flights, "flight"))
+    let what = match contents.results.pooled.is_empty() {
+        true => "Flight paths",
+        false => "Aerodynamic and control derivatives",
+    };
+    format!("{what} from {} of {}", plural(used, "manoeuvre"), plural(flights, "flight"))
 }
 
 /// Manoeuvres, filter, proof of match and findings in a line each.
@@ -136,8 +140,12 @@ fn describe_range(
     let all = data.iter().flat_map(|data| values(data)).filter(|value| value.is_finite());
     let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
     let digits = if scale == 1.0 { 4 } else { 2 };
-    let [from, to] = [low, high].map(|value| significant(scale * value, digits));
-    (low <= high).then(|| format!("{name} {from} to {to}{unit}"))
+    // What is at rest is recorded with rounding.
+    const REST_DEG: f64 = 0.005;
+    let is_rest = |value: f64| scale != 1.0 && (scale * value).abs() < REST_DEG;
+    let [from, to] = [low, high].map(|value| significant(if is_rest(value) { 0.0 } else { scale * value }, digits));
+    let range = if from == to { from } else { format!("{from} to {to}") };
+    (low <= high).then(|| format!("{name} {range}{unit}"))
 }
 
 /// The derivatives that matter, with their intervals; all of a model that has none of these.

@@ -24,8 +24,23 @@ pub fn shown(block: Block) -> Block {
             let table = without_empty_columns(with_powers(with_symbols(in_degrees(table))));
             Block::Table(to_errors(table))
         }
+        Block::Paragraph(text) => Block::Paragraph(with_minus(&text)),
+        Block::List(lines) => Block::List(lines.iter().map(|line| with_minus(line)).collect()),
+        Block::Facts(facts) => Block::Facts(facts.into_iter().map(|(name, text)| (name, with_minus(&text))).collect()),
         other => other,
     }
+}
+
+/// Negative numbers with a minus: a hyphen at the beginning of a number that begins a word.
+fn with_minus(text: &str) -> String {
+    let characters: Vec<char> = text.chars().collect();
+    let begins = |at: usize| at == 0 || matches!(characters[at - 1], ' ' | '(' | '[' | '±');
+    let is_number = |at: usize| characters.get(at + 1).is_some_and(char::is_ascii_digit);
+    let minus = |(at, character): (usize, &char)| match character {
+        '-' if begins(at) && is_number(at) => '\u{2212}',
+        other => *other,
+    };
+    characters.iter().enumerate().map(minus).collect()
 }
 
 /// The columns in which at least one row has something; all of a table without rows.
@@ -89,6 +104,7 @@ fn is_empty(cell: &Cell) -> bool {
     match cell {
         Cell::Empty => true,
         Cell::Text(text) => text.is_empty(),
+        Cell::Number(value) => value.is_nan(),
         _ => false,
     }
 }
@@ -174,6 +190,17 @@ mod tests {
         // Without a column of errors the interval gives them; limits without an estimate are left as they are.
         assert_eq!(read(table(&columns[..3], &[0.2221, -0.03847, 0.4826])), ["0.22", "−0.04", "0.48"]);
         assert_eq!(read(table(&columns[1..3], &[-0.03847, 0.4826])), ["−0.03847", "0.4826"]);
+    }
+
+    #[test]
+    fn negative_numbers_of_sentences_have_a_minus_and_nothing_else_has() {
+        for (text, expected) in [
+            ("all together -0.095 ± 0.015", "all together \u{2212}0.095 ± 0.015"),
+            ("(-3 to -1)", "(\u{2212}3 to \u{2212}1)"),
+            ("2026-11-30, manoeuvre 3-2-1-1, --json - 4", "2026-11-30, manoeuvre 3-2-1-1, --json - 4"),
+        ] {
+            assert_eq!(with_minus(text), expected);
+        }
     }
 
     #[test]

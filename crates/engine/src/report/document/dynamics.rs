@@ -1,9 +1,11 @@
 //! Section on how the aircraft flies: trim, state matrices, modes with their intervals, levels of flying qualities.
 
+use doublet_core::model::ThrustTreatment;
 use doublet_core::statistics::NORMAL_95;
 use doublet_dynamics::modes::ModeEstimate;
 
 use super::level_map::level_map;
+use super::mass::cg_range;
 use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
 use crate::notation::significant;
 use crate::report::{
@@ -28,7 +30,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
         paragraph(
             "The identified model linearised in steady flight, by default at the median of the conditions of the identification manoeuvres (mean before each input). Intervals follow from the corrected standard errors, by linearisation and by sampling.",
         ),
-        Block::Facts(trim(row)),
+        Block::Facts(trim(contents, row)),
     ];
     blocks.push(Block::Table(shown_mode_table(&row.modes)));
     blocks.push(Block::Figure(roots(study)));
@@ -54,8 +56,16 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
     Parts { body: blocks, appendix }
 }
 
-fn trim(row: &DynamicsRow) -> Vec<(String, String)> {
+fn trim(contents: &Contents<'_>, row: &DynamicsRow) -> Vec<(String, String)> {
     let trim = &row.trim;
+    let centre = match (cg_range(contents), trim.cg_from_datum_m) {
+        (None, [0.0, 0.0, 0.0]) => "not stated".to_owned(),
+        (_, [x, ..]) => format!("{x:.4} m"),
+    };
+    let thrust = match contents.session.preparation.thrust {
+        ThrustTreatment::Included => "part of the coefficients".to_owned(),
+        _ => format!("{:.0} N", trim.thrust_n),
+    };
     let degrees = |value: f64| format!("{} deg", significant(value.to_degrees(), 3));
     let fact = |name: &str, value: String| (name.to_owned(), value);
     vec![
@@ -64,10 +74,10 @@ fn trim(row: &DynamicsRow) -> Vec<(String, String)> {
         fact("Flight path", degrees(trim.gamma_rad)),
         fact("Load factor", format!("{:.3}", trim.load_factor)),
         fact("Mass", format!("{:.1} kg", trim.mass_kg)),
-        fact("Centre of gravity, x", format!("{:.4} m", trim.cg_from_datum_m[0])),
+        fact("Centre of gravity, x", centre),
         fact("Angle of attack", degrees(trim.alpha_rad)),
         fact("Elevator", degrees(trim.delta_e_rad)),
-        fact("Thrust", format!("{:.0} N", trim.thrust_n)),
+        fact("Thrust", thrust),
     ]
 }
 

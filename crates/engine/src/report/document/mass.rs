@@ -8,6 +8,13 @@ use crate::notation::significant;
 use crate::report::table::TableOf;
 use crate::report::{FlownMassRow, WindowRow, tables};
 
+/// Columns of the mass properties that a page has room for, the flight only of several: times are beside the manoeuvres, products of inertia
+/// about the plane of symmetry in the results.
+const COLUMNS: [&str; 12] = [
+    "flight", "at", "mass_kg", "cg_x_m", "cg_y_m", "cg_z_m", "ixx_kg_m2", "iyy_kg_m2", "izz_kg_m2", "ixz_kg_m2",
+    "mean_chord_fraction", "envelope_margin_m",
+];
+
 /// Empty mass and centre of gravity with what they come from: the aircraft file, or a weighing that was saved in the session. An aircraft
 /// that carries nothing else states the mass that it flew with.
 pub(super) fn empty_aircraft(contents: &Contents<'_>) -> Option<[Block; 2]> {
@@ -65,7 +72,8 @@ pub(super) fn flown(contents: &Contents<'_>) -> Parts {
         body.push(Block::Table(loading.done()));
     }
     let note = "At the start and the end of each flight and in the middle of each manoeuvre.";
-    Parts { body, appendix: vec![paragraph(note), Block::Table(tables::mass_properties(results))] }
+    let columns = if results.flights.len() > 1 { &COLUMNS[..] } else { &COLUMNS[1..] };
+    Parts { body, appendix: vec![paragraph(note), Block::Table(tables::mass_properties(results).select(columns))] }
 }
 
 /// Mass in the manoeuvres; none where it is not known.

@@ -137,7 +137,8 @@ pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
         let label = spread.quantity.replace('_', " ");
         panels.push(Panel::Plot(Plot { x: Axis::new("manoeuvre", ""), y: Axis::new(label, unit), marks }));
     }
-    if !panels.is_empty() {
+    // One manoeuvre has its values in the table.
+    if results.wind_and_bias.iter().any(|spread| spread.windows > 1) {
         blocks.push(Block::Figure(Figure::new(
             "wind and bias",
             "Wind and biases by number of the manoeuvre.",

@@ -66,7 +66,9 @@ fn total_errors(study: &StudyResults) -> Table {
         .symbol("derivative", "Derivative", |(row, _)| &row.derivative)
         .number("estimate", "Estimate", "", 4, |(row, _)| row.estimate)
         .number("standard_error", "Std error", "", 2, |(row, _)| row.standard_error)
-        .number("by_quantities", "One step in each", "", 2, |(row, _)| row.by_quantities)
+        .number("by_quantities", "One step in each", "", 2, |(row, _)| {
+            if row.by_quantities < 1e-2 * ROUNDING_PERCENT * row.estimate.abs() { 0.0 } else { row.by_quantities }
+        })
         .number("total", "Noise and steps", "", 2, |(row, _)| row.total)
         .optional("quantity", "Dominant", |(_, bar)| bar.map(|bar| notation::sensitivity_quantity(&bar.quantity)))
         .maybe("low_percent", "Step down", "%", 3, |(_, bar)| bar.map(|bar| bar.low_percent))

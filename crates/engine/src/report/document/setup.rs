@@ -90,18 +90,23 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
                 })
             })
             .collect();
-        let panel = |role: Role| {
+        let panel = |(role, name): (Role, &'static str)| {
             let (unit, scale) = notation::role_unit(role);
             let channel = loaded.recording.role(role)?;
             let mut marks = spans.clone();
             marks.push(line("recorded", 7, &channel.series, scale));
-            Some(Panel::Plot(Plot { x: Axis::time(), y: Axis::new(notation::role(role), unit), marks }))
+            let plot = Plot { x: Axis::time(), y: Axis::new(notation::role(role), unit), marks };
+            Some((name, Panel::Plot(plot)))
         };
-        let panels: Vec<Panel> = [Role::Altitude, Role::TrueAirspeed].into_iter().filter_map(panel).collect();
+        let recorded = [(Role::Altitude, "Altitude"), (Role::TrueAirspeed, "Airspeed")].into_iter().filter_map(panel);
+        let (names, panels): (Vec<&str>, Vec<Panel>) = recorded.unzip();
         if !panels.is_empty() {
             let figure = Figure::new(
                 format!("flight {}", flight.name),
-                format!("Altitude and airspeed of flight '{}', with its manoeuvres.", flight.name),
+                match names[..] {
+                    [one] => format!("{one} of flight '{}', with its manoeuvres.", flight.name),
+                    _ => format!("Altitude and airspeed of flight '{}', with its manoeuvres.", flight.name),
+                },
                 (1, 32.0),
                 panels,
             );

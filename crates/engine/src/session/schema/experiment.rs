@@ -14,7 +14,7 @@ use super::sensor_errors::{SensorErrorTable, sensor_error_table, sensor_errors_f
 use super::{SessionError, model_table, no_form, structure_from};
 use crate::session::excluded::apart;
 use crate::session::experiment::uses_of;
-use crate::session::{Configuration, Experiment, ManoeuvreUse, Preparation, Session, WindowRole};
+use crate::session::{Configuration, Experiment, ManoeuvreUse, Session, WindowRole};
 
 /// An experiment: the keys of its settings that differ from those of the session, and the keys of the session that it does not have.
 #[derive(Serialize, Deserialize)]
@@ -81,14 +81,15 @@ pub(super) fn configuration_from(
     tables: SettingTables,
     manoeuvres: Vec<ManoeuvreUse>,
 ) -> Result<Configuration, SessionError> {
-    let (sensor_errors, known_errors) = sensor_errors_from(&tables.sensor_errors)?;
+    let mut preparation = preparation_from(&tables.preparation)?;
+    let sensor_errors = sensor_errors_from(&tables.sensor_errors, &mut preparation)?;
     let FilterParts { settings, gravity, gusts, delays } = filter_from(&tables.filter)?;
     Ok(Configuration {
         filter: settings,
         gravity,
         gusts,
         delays,
-        preparation: Preparation { known_errors, ..preparation_from(&tables.preparation)? },
+        preparation,
         sensor_errors,
         estimation: estimation_from(tables.estimation)?,
         structure: match tables.model.is_empty() {
@@ -106,7 +107,7 @@ pub(super) fn setting_tables(configuration: &Configuration) -> SettingTables {
     SettingTables {
         filter: filter_table(&parts),
         preparation: preparation_table(&configuration.preparation),
-        sensor_errors: sensor_error_table(&configuration.sensor_errors, &configuration.preparation.known_errors),
+        sensor_errors: sensor_error_table(&configuration.sensor_errors, &configuration.preparation),
         estimation: estimation_table(&configuration.estimation),
         model: model_table(&configuration.structure),
     }

@@ -102,6 +102,7 @@ pub(super) fn preparation_from(table: &PreparationTable) -> Result<Preparation, 
         gyroscopic: table.gyroscopic.unwrap_or(usual.gyroscopic),
         angular_acceleration: table.angular_acceleration.unwrap_or(usual.angular_acceleration),
         known_errors: usual.known_errors,
+        accuracy: usual.accuracy,
     })
 }
 

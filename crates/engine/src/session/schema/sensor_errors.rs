@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use doublet_core::estimate::SensorError;
+use doublet_core::quantity::InstrumentError;
 use doublet_core::reconstruct::Measurement;
 use serde::{Deserialize, Serialize};
 
-use super::super::{ErrorValues, SensorErrorMethod, SensorErrors};
+use super::super::{ErrorValues, InstrumentAccuracy, Preparation, SensorErrorMethod, SensorErrors};
 use super::{SessionError, is_default, unknown};
 
 /// Errors of sensors: those known, which the samples are freed of, and those asked for.
@@ -27,16 +28,19 @@ pub(super) struct SensorErrorTable {
     random_walk: BTreeMap<String, f64>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     known: BTreeMap<String, f64>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    accuracy: BTreeMap<String, f64>,
 }
 
 impl SensorErrorTable {
     pub(super) fn is_empty(&self) -> bool {
-        self.free.is_empty() && self.per_manoeuvre.is_empty() && self.known.is_empty() && self.outputs.is_empty()
+        let Self { free, per_manoeuvre, known, outputs, accuracy, .. } = self;
+        free.is_empty() && per_manoeuvre.is_empty() && known.is_empty() && outputs.is_empty() && accuracy.is_empty()
     }
 }
 
 /// The saved form.
-pub(super) fn sensor_error_table(errors: &SensorErrors, known: &ErrorValues) -> SensorErrorTable {
+pub(super) fn sensor_error_table(errors: &SensorErrors, preparation: &Preparation) -> SensorErrorTable {
     let names = |errors: &[SensorError]| errors.iter().map(ToString::to_string).collect();
     let values = |values: &ErrorValues| values.0.iter().map(|(error, value)| (error.to_string(), *value)).collect();
     SensorErrorTable {
@@ -46,12 +50,16 @@ pub(super) fn sensor_error_table(errors: &SensorErrors, known: &ErrorValues) -> 
         outputs: errors.outputs.clone(),
         wind: errors.wind,
         random_walk: values(&errors.random_walk),
-        known: values(known),
+        known: values(&preparation.known_errors),
+        accuracy: preparation.accuracy.0.iter().map(|(error, value)| (error.name().to_owned(), *value)).collect(),
     }
 }
 
-/// The errors asked for and those known, of a saved form.
-pub(super) fn sensor_errors_from(table: &SensorErrorTable) -> Result<(SensorErrors, ErrorValues), SessionError> {
+/// The errors asked for of a saved form; into `preparation` those known, and how well others are.
+pub(super) fn sensor_errors_from(
+    table: &SensorErrorTable,
+    preparation: &mut Preparation,
+) -> Result<SensorErrors, SessionError> {
     let list =
         |key: &str, names: &[String]| names.iter().map(|name| find_error(key, name)).collect::<Result<Vec<_>, _>>();
     let values = |key: &str, table: &BTreeMap<String, f64>| -> Result<ErrorValues, SessionError> {
@@ -66,7 +74,16 @@ pub(super) fn sensor_errors_from(table: &SensorErrorTable) -> Result<(SensorErro
         outputs: table.outputs.clone(),
         wind: table.wind,
     };
-    Ok((errors, values("known", &table.known)?))
+    preparation.known_errors = values("known", &table.known)?;
+    let accuracy = table.accuracy.iter().map(|(name, deviation)| Ok((find_instrument_error(name)?, *deviation)));
+    preparation.accuracy = InstrumentAccuracy(accuracy.collect::<Result<_, SessionError>>()?);
+    Ok(errors)
+}
+
+fn find_instrument_error(name: &str) -> Result<InstrumentError, SessionError> {
+    InstrumentError::from_name(name).ok_or_else(|| {
+        unknown("sensor_errors.accuracy", "error", name, &InstrumentError::ALL.map(InstrumentError::name))
+    })
 }
 
 fn find_error(key: &str, name: &str) -> Result<SensorError, SessionError> {

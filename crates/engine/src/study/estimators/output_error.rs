@@ -7,6 +7,8 @@ use doublet_core::estimate::{
     FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, InitialState, OutputErrorSettings,
     Unexplained, disturbance_covariance, flight_output_error,
 };
+use doublet_core::message;
+use doublet_core::message::written;
 use doublet_core::model::{Coefficient, CoefficientSettings, Derivatives, Term, Variable, VariableValues};
 use doublet_core::reconstruct::{Measurement, State};
 use doublet_core::replay::{Motion, MotionAxis};
@@ -16,6 +18,7 @@ use nalgebra::DMatrix;
 
 use super::{CheckedDerivative, MethodEstimates, PartEstimates, WindowEstimation};
 use crate::graph::{Context, StageResult};
+use crate::notation::significant;
 use crate::session::{Finding, Level, PathSource, Place};
 use crate::stage::{self, StudyWindow, WindowAero, WindowFlight};
 use crate::study::StudyInput;
@@ -95,9 +98,13 @@ impl FollowedFlight {
         for output in &self.outputs {
             let Some((level, limit)) = output.departure() else { continue };
             let (name, unit) = (output.output.name(), output.output.unit());
-            let text = format!(
-                "The simulation does not follow {name}: R2 {:.2}, largest error {:.3e} {unit}.",
-                output.r_squared, output.largest_deviation
+            let largest = written(output.largest_deviation, significant(output.largest_deviation, 3));
+            let text = message!(
+                "The simulation does not follow {}: R2 {:.2}, largest error {} {}.",
+                name,
+                output.r_squared,
+                largest,
+                unit
             );
             found.push(
                 Finding::new(level, "follows", &place, text)
