@@ -139,7 +139,7 @@ fn levels_have_reasons_and_probabilities() {
     assert!(shares[0] > 0.9 && (shares.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{shares:?}");
     assert_eq!(of("coupled roll-spiral")["level"], "not judged");
     let text = text(&doublet(&arguments[..6]).stdout);
-    assert!(text.contains("worst: ") && text.contains('%') && text.contains("n/alpha"), "{text}");
+    assert!(text.contains("worst: ") && text.contains('%') && text.contains("n/α"), "{text}");
 }
 
 #[test]

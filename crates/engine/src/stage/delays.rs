@@ -181,6 +181,5 @@ fn step(
     }
     let priors: Vec<f64> = kinds.iter().map(|kind| kind.prior_deviation()).collect();
     let found = constant_errors(&evidence, &priors)?;
-    let deviations = found.deviations();
-    Ok(Some((found.estimates, deviations)))
+    Ok(Some((found.estimates, found.cautious_deviations)))
 }

@@ -339,8 +339,8 @@ fn has_gusts(filter: &FilterSettings) -> bool {
 
 /// Scale errors among constant errors.
 fn scales_of(kinds: &[ConstantError], found: &ConstantErrors) -> Vec<VaneScale> {
-    let all = kinds.iter().zip(found.estimates.iter().zip(found.deviations()));
-    let of_vane = |(kind, (&value, standard_error)): (&ConstantError, (&f64, f64))| {
+    let all = kinds.iter().zip(found.estimates.iter().zip(&found.cautious_deviations));
+    let of_vane = |(kind, (&value, &standard_error)): (&ConstantError, (&f64, &f64))| {
         kind.is_scale().then(|| VaneScale { measurement: kind.measurements()[0], value, standard_error })
     };
     all.filter_map(of_vane).collect()

@@ -6,7 +6,7 @@ use doublet_core::reconstruct::Measurement;
 use doublet_core::reconstruct::consistency::{ChannelConsistency, WORTH_CHANGING};
 
 use super::fold::{Folded, fold};
-use super::noise::{ADVICE, MeasurementNoise, find_far_too_high};
+use super::noise::{MeasurementNoise, find_far_too_high};
 use super::{Finding, Level, sideslip};
 use crate::notation::significant;
 use crate::session::{Place, Session, path_warning};
@@ -68,7 +68,7 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
             };
             let name = measurement.name();
             let text = message!("{} innovations are {:.2} of predicted", name, ratio);
-            let finding = Finding::new(Level::Good, ADVICE, Place::manoeuvre(&window.name), text);
+            let finding = Finding::new(Level::Good, "innovation-advice", Place::manoeuvre(&window.name), text);
             let setting = format!("filter.measurement_noise.{name}");
             let finding = finding.with_figure(ratio, 1.0).with_fix_text(fix_text);
             let fix = factor.filter(|factor| !is_as_predicted(*factor)).and_then(|_| noise.fix(measurement));

@@ -70,9 +70,6 @@ impl<'a> MeasurementNoise<'a> {
     }
 }
 
-/// Code of what the innovations advise about the noise.
-pub(super) const ADVICE: &str = "innovation-advice";
-
 /// A hint for each measurement of the flow whose noise is set far too high. Estimates stay within their errors, which are larger than they
 /// need be: no reason for a caution.
 pub(super) fn find_far_too_high(noise: &MeasurementNoise<'_>) -> Vec<(Measurement, Finding)> {
@@ -88,7 +85,7 @@ pub(super) fn find_far_too_high(noise: &MeasurementNoise<'_>) -> Vec<(Measuremen
         let found = written(ratio, significant(ratio, 2));
         let text =
             message!("{} innovations are {} of predicted (limit {}): noise set too high.", name, found, FAR_TOO_HIGH);
-        let finding = Finding::new(Level::Good, ADVICE, "session", text).with_figure(ratio, FAR_TOO_HIGH);
+        let finding = Finding::new(Level::Good, "innovation-advice", "session", text).with_figure(ratio, FAR_TOO_HIGH);
         let finding = finding.with_fix_text(format!("Set the noise of {name} by its innovations."));
         let finding = finding.with_setting("Noise and filter", format!("filter.measurement_noise.{name}"));
         Some((measurement, finding.with_fix(noise.fix(measurement))))

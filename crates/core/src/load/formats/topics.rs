@@ -7,6 +7,12 @@ use crate::load::contents::{ChannelInfo, Source};
 /// Largest part of the topics that a row holds on average.
 const FILLED_SHARE: f64 = 0.6;
 
+/// Parts of a message of ROS that are named like no topic: a topic ends before them.
+const MESSAGE_PARTS: [&str; 12] = [
+    "twist", "linear", "angular", "pose", "position", "orientation", "vector", "point", "accel", "transform",
+    "angular_velocity", "linear_acceleration",
+];
+
 /// Columns whose fields are in the same rows.
 struct Topic {
     /// Parts of the name that all of them begin with.
@@ -26,7 +32,9 @@ pub(crate) fn split(source: Source) -> Vec<Source> {
         return vec![source];
     }
     let mut sources: Vec<Source> = Vec::new();
-    for topic in topics {
+    for mut topic in topics {
+        let part = topic.path.iter().skip(1).position(|part| MESSAGE_PARTS.contains(&part.as_str()));
+        topic.path.truncate(part.map_or(topic.path.len(), |part| part + 1));
         let name = topic_name(&topic.path);
         let count =
             sources.iter().filter(|other| other.name == name || other.name.starts_with(&format!("{name} "))).count();
@@ -134,6 +142,17 @@ mod tests {
         let rate = rate.find(std::slice::from_ref(&probe)).unwrap();
         assert!(rate.samples == 400 && (rate.values()[100] - 0.5 * 1.0_f64.cos()).abs() < 1e-5);
         assert!(map.attitude.is_some());
+    }
+
+    #[test]
+    fn a_topic_ends_before_the_parts_of_its_message() {
+        let head = "__time,/gps/vel/twist/linear/x,/gps/vel/twist/linear/y,/imu/data/angular_velocity/x";
+        let row =
+            |k: u32| format!("{:.2},{},{},\n{:.2},,,0.{k}\n", 0.1 * f64::from(k), 40 + k, k, 0.1 * f64::from(k) + 0.05);
+        let probe = probe_of(&format!("{head}\n{}", (0..50).map(row).collect::<String>()));
+        let found: Vec<(&str, &str)> =
+            probe.sources.iter().map(|one| (one.name.as_str(), one.channels[1].name.as_str())).collect();
+        assert_eq!(found, [("gps/vel", "twist.linear.x"), ("imu/data", "angular_velocity.x")]);
     }
 
     #[test]

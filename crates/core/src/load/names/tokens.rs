@@ -32,7 +32,7 @@ const FILLERS: &[&str] = &[
 /// Tokens that forbid unless they are part of one of these names.
 const ALLOWED: &[(&str, &[&str])] = &[
     ("delta", &["deltaa", "deltae", "deltar", "deltate", "deltaf", "deltal", "deltam", "deltan"]),
-    ("std", &["altitudestd", "altstd", "stdaltitude"]),
+    ("std", &["altitudestd", "altistd", "altstd", "stdaltitude"]),
     ("force", &["specificforce", "gforce"]),
     ("diff", &["diffpress", "pressdiff", "pressurediff"]),
     ("pilot", &["pilotx", "piloty", "pilotz"]),
