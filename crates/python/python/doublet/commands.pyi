@@ -134,7 +134,7 @@ def design(
     Optional[Input] = ..., gusts: Optional[Input] = ..., airspeed: Optional[Input] = ..., altitude: Optional[Input] = ..., fuel:
     Optional[Input] = ..., seed: Optional[Input] = ..., time: Optional[Input] = ..., kind: Optional[Input] = ..., rounds:
     Optional[Input] = ..., samples: Optional[Input] = ..., with_flown: bool = ..., compare: bool = ..., out: Optional[Input] =
-    ..., format: Optional[Many] = ..., travel: Optional[Input] = ...,
+    ..., style: Optional[Input] = ..., format: Optional[Many] = ..., travel: Optional[Input] = ...,
 ) -> Answer: ...
 def campaign(
     campaign: Input, *, session: Optional[Input] = ..., out: Optional[Input] = ..., format: Optional[Many] = ..., style:
