@@ -28,8 +28,8 @@ const LEAST_TITLE: f32 = 40.0;
 /// Frames in which a tab that was opened is scrolled into view.
 const FRAMES_TO_REVEAL: u8 = 4;
 /// Room on either side of the title of a tab, in a window narrower than its layouts are made for and in others.
-const CLOSE: f32 = 4.0;
-const APART: f32 = 8.0;
+const NARROW_TAB_SPACING: f32 = 4.0;
+const TAB_SPACING: f32 = 8.0;
 /// Width of a column of the names of panels.
 const PANEL_NAMES: f32 = 150.0;
 
@@ -413,9 +413,13 @@ fn open_tabs(tiles: &Tiles<Pane>) -> Vec<(TileId, TileId)> {
 }
 
 /// The open tab of several, from frame to frame.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct OpenTab {
     tile: TileId,
+    /// Layout it is in: tiles of two layouts have the same numbers.
+    layout: LayoutKey,
+    /// Width of the row of tabs.
+    row: f32,
     /// Width of it beyond the right edge of the tabs, negative beyond the left one.
     hidden: f32,
     /// Frames in which it is still scrolled into view.
@@ -476,7 +480,7 @@ impl egui_tiles::Behavior<Pane> for Docking<'_> {
     }
 
     fn tab_title_spacing(&self, _: &egui::Visuals) -> f32 {
-        if self.is_narrow { CLOSE } else { APART }
+        if self.is_narrow { NARROW_TAB_SPACING } else { TAB_SPACING }
     }
 
     // A cross on every tab would take the room of a tab more.
@@ -493,18 +497,25 @@ impl egui_tiles::Behavior<Pane> for Docking<'_> {
         if let Some(&(_, parent)) = self.open.iter().find(|(open, _)| *open == tile) {
             let (all, seen) = (button.rect, button.interact_rect);
             let hidden = (all.right() - seen.right()) - (seen.left() - all.left());
-            let known = OpenTab::kept(&button.ctx, parent).filter(|known| known.tile == tile);
-            let frames = known.map_or(FRAMES_TO_REVEAL, |known| known.frames);
-            OpenTab { tile, hidden, frames }.keep(&button.ctx, parent);
+            let layout = &self.context.state.shown.key;
+            let known =
+                OpenTab::kept(&button.ctx, parent).filter(|known| known.tile == tile && known.layout == *layout);
+            let (row, frames) = known.map_or((0.0, FRAMES_TO_REVEAL), |known| (known.row, known.frames));
+            OpenTab { tile, layout: layout.clone(), row, hidden, frames }.keep(&button.ctx, parent);
         }
         button
     }
 
-    /// Scrolls the tabs until one that was just opened is seen whole.
+    /// Scrolls the tabs until one that was just opened is seen whole, and again where their row becomes wider or narrower.
     fn top_bar_right_ui(&mut self, _: &Tiles<Pane>, ui: &mut Ui, tile: TileId, _: &Tabs, offset: &mut f32) {
-        if let Some(open) = OpenTab::kept(ui.ctx(), tile).filter(|open| open.frames > 0) {
+        // An offset beyond the end would spring back, and the tabs slide on where an arrow has appeared meanwhile.
+        ui.spacing_mut().scroll.kinetic.rubber_band = false;
+        let row = ui.available_width();
+        let Some(open) = OpenTab::kept(ui.ctx(), tile) else { return };
+        let frames = if open.row == row { open.frames } else { FRAMES_TO_REVEAL };
+        if frames > 0 {
             *offset += open.hidden;
-            OpenTab { frames: open.frames - 1, ..open }.keep(ui.ctx(), tile);
+            OpenTab { frames: frames - 1, row, ..open }.keep(ui.ctx(), tile);
             ui.ctx().request_repaint();
         }
     }

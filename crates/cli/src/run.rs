@@ -66,7 +66,7 @@ pub fn open_to_run(path: &Path) -> Result<Opened, String> {
     Err(lines(stopped.iter().map(|finding| format!("{}: {finding}", path.display()))))
 }
 
-/// That a file to be written is neither the session or recording `source` nor what that names.
+/// Checks that a file to be written is neither the session or recording `source` nor what that names.
 pub fn check_written(written: &Path, source: &Path) -> Result<(), String> {
     keep::check_apart(written, [source.to_path_buf()])?;
     if source.extension().is_none_or(|ending| ending != "toml") {

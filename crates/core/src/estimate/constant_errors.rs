@@ -18,8 +18,8 @@ pub struct ConstantErrors {
     pub scattered: DMatrix<f64>,
     /// What the innovations say of them, without what was known beforehand.
     pub information: DMatrix<f64>,
-    /// Standard deviation of each by which samples are changed: prediction and scatter of the scores as they are are added, and the
-    /// scatter counts `G / (G - p)` times for `G` windows and `p` errors, so that few windows change nothing by their own scatter.
+    /// Standard deviations that decide whether samples are corrected: of the prediction plus the scatter of the scores that are not freed,
+    /// times `G / (G - p)` for `G` windows and `p` errors. Few windows then correct nothing by their own scatter.
     pub cautious_deviations: Vec<f64>,
 }
 
@@ -118,17 +118,17 @@ pub fn constant_errors(
     let estimates = -factor.solve(&gradient);
     let predicted = symmetric(&factor.inverse());
     let deviations = DVector::from_column_slice(prior_deviations);
-    let few = windows.len() as f64 / (windows.len() as f64 - count as f64).max(1.0);
-    let (mut scatter, mut as_they_are) = (prior.clone(), prior);
+    let widening = windows.len() as f64 / (windows.len() as f64 - count as f64).max(1.0);
+    let (mut scatter, mut unfreed) = (prior.clone(), prior);
     for window in windows {
         let score = freed_score(window, &estimates, &predicted, &deviations);
         scatter += &score * score.transpose();
         let score = &window.gradient + &window.information * &estimates;
-        as_they_are += &score * score.transpose() * few;
+        unfreed += &score * score.transpose() * widening;
     }
     let between = |scatter: DMatrix<f64>| symmetric(&(&predicted * scatter * &predicted));
     let scattered = between(scatter);
-    let cautious = (&predicted + between(as_they_are)).diagonal().map(f64::sqrt);
+    let cautious = (&predicted + between(unfreed)).diagonal().map(f64::sqrt);
     let list = |values: DVector<f64>| values.iter().copied().collect();
     let (estimates, cautious_deviations) = (list(estimates), list(cautious));
     Ok(ConstantErrors { estimates, predicted, scattered, information, cautious_deviations })

@@ -23,7 +23,6 @@ impl InstrumentError {
     /// Largest standard deviation that makes sense: 6 deg of a vane, half of its scale, 0.1 s of a recorder.
     pub fn greatest_deviation(self) -> f64 {
         match self {
-            Self::AlphaOffset | Self::BetaOffset => 0.1,
             Self::AlphaScale | Self::BetaScale => 0.5,
             _ => 0.1,
         }

@@ -21,6 +21,24 @@ pub(super) struct QuantityError {
     pub(super) delay_s: f64,
 }
 
+/// Offset, scale and delay of a quantity, as far as it has them.
+type Own = [Option<InstrumentError>; 3];
+
+const ALPHA: Own =
+    [Some(InstrumentError::AlphaOffset), Some(InstrumentError::AlphaScale), Some(InstrumentError::FlowDelay)];
+const BETA: Own =
+    [Some(InstrumentError::BetaOffset), Some(InstrumentError::BetaScale), Some(InstrumentError::FlowDelay)];
+
+/// That has a delay alone.
+const fn delayed(error: InstrumentError) -> Own {
+    [None, None, Some(error)]
+}
+
+/// The values of these errors, zero for those that it does not have.
+fn values_of(own: Own, errors: &InstrumentErrors) -> [f64; 3] {
+    own.map(|error| error.and_then(|error| errors.get(&error)).copied().unwrap_or(0.0))
+}
+
 /// The recorders of the flight-test installation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Recorder {
@@ -39,37 +57,30 @@ pub(super) fn draw(accuracies: &InstrumentErrors, rng: &mut ChaCha8Rng) -> Instr
 pub(super) fn quantity_errors(recorder: Recorder, errors: &InstrumentErrors) -> Vec<QuantityError> {
     use InstrumentError as E;
     use Quantity as Q;
-    /// A quantity with its offset, its scale and its delay.
-    type Row = (Quantity, [Option<InstrumentError>; 3]);
-    let delayed = |quantity, error| (quantity, [None, None, Some(error)]);
-    let rows: Vec<Row> = match recorder {
+    let rows: Vec<(Quantity, Own)> = match recorder {
         Recorder::Bus => vec![
-            delayed(Q::Bank, E::AttitudeDelay),
-            delayed(Q::Pitch, E::AttitudeDelay),
-            delayed(Q::HeadingUnwrapped, E::AttitudeDelay),
-            delayed(Q::TrueAirspeed, E::AirspeedDelay),
-            delayed(Q::CalibratedAirspeed, E::AirspeedDelay),
-            delayed(Q::VelocityNorth, E::GroundDelay),
-            delayed(Q::VelocityEast, E::GroundDelay),
-            delayed(Q::VelocityUp, E::GroundDelay),
-            delayed(Q::GpsAltitude, E::AltitudeDelay),
+            (Q::Bank, delayed(E::AttitudeDelay)),
+            (Q::Pitch, delayed(E::AttitudeDelay)),
+            (Q::HeadingUnwrapped, delayed(E::AttitudeDelay)),
+            (Q::TrueAirspeed, delayed(E::AirspeedDelay)),
+            (Q::CalibratedAirspeed, delayed(E::AirspeedDelay)),
+            (Q::VelocityNorth, delayed(E::GroundDelay)),
+            (Q::VelocityEast, delayed(E::GroundDelay)),
+            (Q::VelocityUp, delayed(E::GroundDelay)),
+            (Q::GpsAltitude, delayed(E::AltitudeDelay)),
         ],
         Recorder::Monitor => Vec::new(),
-        Recorder::Pod => vec![
-            (Q::Alpha, [Some(E::AlphaOffset), Some(E::AlphaScale), Some(E::FlowDelay)]),
-            (Q::Beta, [Some(E::BetaOffset), Some(E::BetaScale), Some(E::FlowDelay)]),
-        ],
+        Recorder::Pod => vec![(Q::Alpha, ALPHA), (Q::Beta, BETA)],
         Recorder::ControlSensors => vec![
-            delayed(Q::Yoke, E::AileronDelay),
-            delayed(Q::ColumnDrum, E::ElevatorDelay),
-            delayed(Q::RightPedalDrum, E::RudderDelay),
-            delayed(Q::LeftPedalDrum, E::RudderDelay),
+            (Q::Yoke, delayed(E::AileronDelay)),
+            (Q::ColumnDrum, delayed(E::ElevatorDelay)),
+            (Q::RightPedalDrum, delayed(E::RudderDelay)),
+            (Q::LeftPedalDrum, delayed(E::RudderDelay)),
         ],
     };
-    let value = |error: Option<InstrumentError>| error.and_then(|error| errors.get(&error)).copied().unwrap_or(0.0);
     rows.into_iter()
         .map(|(quantity, own)| {
-            let [offset, scale, delay_s] = own.map(value);
+            let [offset, scale, delay_s] = values_of(own, errors);
             QuantityError { quantity, offset, scale, delay_s }
         })
         .filter(|error| [error.offset, error.scale, error.delay_s] != [0.0; 3])
@@ -80,18 +91,18 @@ pub(super) fn quantity_errors(recorder: Recorder, errors: &InstrumentErrors) -> 
 pub(super) fn column_errors(column: &str, errors: &InstrumentErrors) -> [f64; 3] {
     use InstrumentError as E;
     let own = match column {
-        "alpha" => [Some(E::AlphaOffset), Some(E::AlphaScale), Some(E::FlowDelay)],
-        "beta" => [Some(E::BetaOffset), Some(E::BetaScale), Some(E::FlowDelay)],
-        "airspeed" => [None, None, Some(E::AirspeedDelay)],
-        "phi" | "theta" | "psi" => [None, None, Some(E::AttitudeDelay)],
-        "x" | "y" | "v_north" | "v_east" | "v_down" => [None, None, Some(E::GroundDelay)],
-        "z" => [None, None, Some(E::AltitudeDelay)],
-        "delta_a" => [None, None, Some(E::AileronDelay)],
-        "delta_e" => [None, None, Some(E::ElevatorDelay)],
-        "delta_r" => [None, None, Some(E::RudderDelay)],
+        "alpha" => ALPHA,
+        "beta" => BETA,
+        "airspeed" => delayed(E::AirspeedDelay),
+        "phi" | "theta" | "psi" => delayed(E::AttitudeDelay),
+        "x" | "y" | "v_north" | "v_east" | "v_down" => delayed(E::GroundDelay),
+        "z" => delayed(E::AltitudeDelay),
+        "delta_a" => delayed(E::AileronDelay),
+        "delta_e" => delayed(E::ElevatorDelay),
+        "delta_r" => delayed(E::RudderDelay),
         _ => [None; 3],
     };
-    own.map(|error| error.and_then(|error| errors.get(&error)).copied().unwrap_or(0.0))
+    values_of(own, errors)
 }
 
 #[cfg(test)]

@@ -105,8 +105,8 @@ pub struct Stream {
     errors: Vec<QuantityError>,
 }
 
-/// Number of past instants kept, for delays up to this many steps: 0.1 s of a recorder four and a half times over, with 0.03 s of a control
-/// sensor, at steps of 0.01 s.
+/// Number of past instants kept, for delays up to this many steps: at steps of 0.01 s, 0.03 s of a control sensor and a drawn delay of up
+/// to six of its largest standard deviations, 0.1 s.
 const HISTORY: usize = 64;
 
 /// The last instants of the flight, for samples that fall between two of them or lag behind.

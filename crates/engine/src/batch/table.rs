@@ -15,7 +15,7 @@ pub(super) enum Column {
     Count(Vec<Option<i64>>),
 }
 
-/// That the table of `jobs`, read from `sessions`, can be `out`.
+/// Checks that the table of `jobs`, read from `sessions`, can be written to `out`.
 ///
 /// # Errors
 /// One line for another ending than .parquet and .csv, and for a file that a job reads.

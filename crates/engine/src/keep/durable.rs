@@ -63,7 +63,7 @@ pub fn replace_keeping_previous(path: &Path, bytes: &[u8]) -> io::Result<()> {
     replace(path, bytes)
 }
 
-/// That a file to be written is none of those `read`, which it would replace.
+/// Checks that a file to be written is none of those `read`, which it would replace.
 ///
 /// # Errors
 /// One line that names it.

@@ -289,7 +289,6 @@ fn errors_over_goals(found: &Enough) -> Figure {
 
 #[cfg(test)]
 mod tests {
-
     use super::*;
 
     fn excursion(margin: Option<f64>) -> ExcursionRow {

@@ -35,7 +35,7 @@ pub fn paths(session: &Session) -> impl Iterator<Item = &str> {
     session.aircraft.as_deref().into_iter().chain(of_flights)
 }
 
-/// That a file to be written is none of those the session names; its relative paths start from `folder`.
+/// Checks that a file to be written is none of those the session names; its relative paths start from `folder`.
 ///
 /// # Errors
 /// One line that names it.

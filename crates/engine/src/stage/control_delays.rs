@@ -28,6 +28,8 @@ pub struct ControlDelay {
     /// Delay of the recorded deflection, s.
     pub delay_s: f64,
     pub standard_error_s: f64,
+    /// What the residuals say of it, 1/s²; what was known beforehand is not part of it.
+    pub information: f64,
     /// Change of each derivative when the samples are freed of the delay, per s.
     slopes: BTreeMap<String, f64>,
 }
@@ -124,7 +126,8 @@ fn control_delay(
         slopes.extend(fit.fit.names.iter().cloned().zip(moved));
     }
     let standard_error_s = information.sqrt().recip();
-    Some(ControlDelay { surface, delay_s: weighed / information, standard_error_s, slopes })
+    let by_residuals = information - deviation_s.powi(-2);
+    Some(ControlDelay { surface, delay_s: weighed / information, standard_error_s, information: by_residuals, slopes })
 }
 
 /// Delay by the residuals of one coefficient, s, and its variance, s²; none where they do not depend on the deflection.

@@ -74,7 +74,7 @@ impl<'a> Instruments<'a> {
         });
         let control = controls.iter().map(|own| {
             let accuracy = self.accuracy.get(&instrument_error(own.surface)).copied().unwrap_or(0.0);
-            let information = more * (own.standard_error_s.powi(-2) - PRIOR_DEVIATION_S.powi(-2)).max(0.0);
+            let information = more * own.information;
             let variance = (information + PRIOR_DEVIATION_S.powi(-2)).recip();
             let taken = variance * information;
             own.slope(derivative).powi(2) * (variance + taken * variance + (taken * accuracy).powi(2))

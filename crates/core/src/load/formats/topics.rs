@@ -33,8 +33,8 @@ pub(crate) fn split(source: Source) -> Vec<Source> {
     }
     let mut sources: Vec<Source> = Vec::new();
     for mut topic in topics {
-        let part = topic.path.iter().skip(1).position(|part| MESSAGE_PARTS.contains(&part.as_str()));
-        topic.path.truncate(part.map_or(topic.path.len(), |part| part + 1));
+        let of_message = topic.path.iter().skip(1).position(|part| MESSAGE_PARTS.contains(&part.as_str()));
+        topic.path.truncate(of_message.map_or(topic.path.len(), |at| at + 1));
         let name = topic_name(&topic.path);
         let count =
             sources.iter().filter(|other| other.name == name || other.name.starts_with(&format!("{name} "))).count();
@@ -83,7 +83,7 @@ fn find_topics(channels: &[ChannelInfo], clock: usize) -> Vec<Topic> {
     topics
 }
 
-/// The parts of a name between its strokes.
+/// Splits a name at its strokes.
 fn parts(name: &str) -> Vec<String> {
     name.split('/').filter(|part| !part.is_empty()).map(str::to_owned).collect()
 }

@@ -11,59 +11,33 @@ struct Unsupported {
     fix: &'static str,
 }
 
+/// A format by the bytes that its files begin with.
+const fn at_start(name: &'static str, marks: &'static [&'static [u8]], fix: &'static str) -> Unsupported {
+    Unsupported { name, marks, at: 0, fix }
+}
+
 const UNPACK: &str = "unpack it";
-const AS_CSV: &str = "export it as CSV";
 
 /// Formats with a mark at a fixed place.
 const MARKED: &[Unsupported] = &[
-    Unsupported { name: "a ROS 1 bag", marks: &[b"#ROSBAG V"], at: 0, fix: "convert it to MCAP: mcap convert" },
-    Unsupported {
-        name: "an SQLite database",
-        marks: &[b"SQLite format 3\0"],
-        at: 0,
-        fix: "convert a ROS 2 bag to MCAP: ros2 bag convert",
-    },
-    Unsupported {
-        name: "NetCDF 3",
-        marks: &[b"CDF\x01", b"CDF\x02", b"CDF\x05"],
-        at: 0,
-        fix: "convert it to NetCDF 4: nccopy -k nc4",
-    },
-    Unsupported { name: "a Garmin FIT file", marks: &[b".FIT"], at: 8, fix: "convert it to CSV: FitCSVTool" },
-    Unsupported {
-        name: "IRIG 106 Chapter 10",
-        marks: &[b"\x25\xeb"],
-        at: 0,
-        fix: "export it with its TMATS as MDF 4, MAT or CSV",
-    },
-    Unsupported {
-        name: "a NumPy array",
-        marks: &[b"\x93NUMPY"],
-        at: 0,
-        fix: "save it as CSV or MAT: scipy.io.savemat",
-    },
-    Unsupported {
-        name: "a Python pickle",
-        marks: &[b"\x80\x03", b"\x80\x04\x95", b"\x80\x05\x95"],
-        at: 0,
-        fix: "save it as Parquet",
-    },
-    Unsupported { name: "an Arrow or Feather file", marks: &[b"ARROW1"], at: 0, fix: "save it as Parquet" },
-    Unsupported { name: "Spektrum telemetry", marks: &[b"\xff\xff\xff\xff"], at: 0, fix: AS_CSV },
-    Unsupported { name: "an old Excel workbook", marks: &[b"\xd0\xcf\x11\xe0"], at: 0, fix: "save its sheet as CSV" },
-    Unsupported {
-        name: "an archive or an Excel workbook",
-        marks: &[b"PK\x03\x04"],
-        at: 0,
-        fix: "unpack it, or save its sheet as CSV",
-    },
-    Unsupported { name: "a gzip file", marks: &[b"\x1f\x8b"], at: 0, fix: UNPACK },
-    Unsupported { name: "an xz file", marks: &[b"\xfd7zXZ"], at: 0, fix: UNPACK },
-    Unsupported { name: "a zstd file", marks: &[b"\x28\xb5\x2f\xfd"], at: 0, fix: UNPACK },
-    Unsupported { name: "a bzip2 file", marks: &[b"BZh"], at: 0, fix: UNPACK },
-    Unsupported { name: "a 7z archive", marks: &[b"7z\xbc\xaf\x27\x1c"], at: 0, fix: UNPACK },
-    Unsupported { name: "a video", marks: &[b"ftyp"], at: 4, fix: "extract its telemetry as CSV" },
-    Unsupported { name: "a PDF document", marks: &[b"%PDF"], at: 0, fix: "give the table it was made of" },
+    at_start("a ROS 1 bag", &[b"#ROSBAG V"], "convert it to MCAP: mcap convert"),
+    at_start("an SQLite database", &[b"SQLite format 3\0"], "convert a ROS 2 bag to MCAP: ros2 bag convert"),
+    at_start("NetCDF 3", &[b"CDF\x01", b"CDF\x02", b"CDF\x05"], "convert it to NetCDF 4: nccopy -k nc4"),
+    Unsupported { at: 8, ..at_start("a Garmin FIT file", &[b".FIT"], "convert it to CSV: FitCSVTool") },
+    at_start("IRIG 106 Chapter 10", &[b"\x25\xeb"], "export it with its TMATS as MDF 4, MAT or CSV"),
+    at_start("a NumPy array", &[b"\x93NUMPY"], "save it as CSV or MAT: scipy.io.savemat"),
+    at_start("a Python pickle", &[b"\x80\x03", b"\x80\x04\x95", b"\x80\x05\x95"], "save it as Parquet"),
+    at_start("an Arrow or Feather file", &[b"ARROW1"], "save it as Parquet"),
+    at_start("Spektrum telemetry", &[b"\xff\xff\xff\xff"], "export it as CSV"),
+    at_start("an old Excel workbook", &[b"\xd0\xcf\x11\xe0"], "save its sheet as CSV"),
+    at_start("an archive or an Excel workbook", &[b"PK\x03\x04"], "unpack it, or save its sheet as CSV"),
+    at_start("a gzip file", &[b"\x1f\x8b"], UNPACK),
+    at_start("an xz file", &[b"\xfd7zXZ"], UNPACK),
+    at_start("a zstd file", &[b"\x28\xb5\x2f\xfd"], UNPACK),
+    at_start("a bzip2 file", &[b"BZh"], UNPACK),
+    at_start("a 7z archive", &[b"7z\xbc\xaf\x27\x1c"], UNPACK),
+    Unsupported { at: 4, ..at_start("a video", &[b"ftyp"], "extract its telemetry as CSV") },
+    at_start("a PDF document", &[b"%PDF"], "give the table it was made of"),
 ];
 
 /// What Betaflight and INAV write first in a log.

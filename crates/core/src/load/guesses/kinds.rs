@@ -60,7 +60,7 @@ fn find_kind(probes: &[Probe], map: &ManualChannelMap) -> Option<String> {
     let words: BTreeSet<String> =
         sources().flat_map(|source| source.channels.iter().flat_map(|channel| tokens(&channel.name))).collect();
     let found = KINDS.iter().find(|(_, names)| names.iter().any(|name| words.contains(*name)));
-    // What flies as an aeroplane hovers nowhere: it is carried, or its receiver finds its height.
+    // An aeroplane that is carried, or whose receiver still finds its height, seems to hover.
     let by_motion = || if sources().any(is_plane) { None } else { kind_of_motion(map, probes) };
     found.map(|(kind, _)| *kind).or_else(by_motion).map(str::to_owned)
 }
