@@ -11,10 +11,11 @@ const TIME_NAMES: &[&str] = &[
     "timestamp_utc", "utc_timestamp", "gps_time", "gps_tow", "gps_sow", "gps_seconds", "gps_time_of_week", "gps_itow",
     "gms", "tow", "sow", "itow", "time_of_week", "seconds_of_week", "local_time", "lcl_time", "time_of_day",
     "_totl,_time", "header_stamp", "publish_time", "log_time", "system_time", "sample_time_fine", "sim_time",
-    "simulation_time", "session_time", "flight_time", "mission_time", "run_time", "millis", "micros", "nanos",
-    "time_startup", "time_boot", "seconds_elapsed", "elapsed_seconds", "tiempo", "x_value", "tempo", "время", "时间",
-    "ts", "sys_time", "zeit", "tijd", "zeitstempel", "uhrzeit", "messzeit", "utc_zeit", "gps_zeit", "datum_zeit",
-    "temps", "temps_utc", "temps_gps", "horodatage", "heure", "heure_utc",
+    "simulation_time", "session_time", "flight_time", "mission_time", "mission_elapsed_time", "met", "run_time",
+    "epoch", "epoch_time", "unix_time", "millis", "micros", "nanos", "time_startup", "time_boot", "seconds_elapsed",
+    "elapsed_seconds", "tiempo", "x_value", "tempo", "время", "时间", "ts", "sys_time", "zeit", "tijd", "zeitstempel",
+    "uhrzeit", "messzeit", "utc_zeit", "gps_zeit", "datum_zeit", "temps", "temps_utc", "temps_gps", "horodatage",
+    "heure", "heure_utc",
 ];
 /// Names whose unit is that of one message where nothing else says it: `iTOW` of u-blox receivers.
 const NAMED_UNITS: &[(&str, &str)] = &[
@@ -22,6 +23,7 @@ const NAMED_UNITS: &[(&str, &str)] = &[
     ("gps_itow", "ms"),
     ("gms", "ms"),
     ("time_startup", "ns"),
+    ("sample_time_fine", "0.1 ms"),
     ("millis", "ms"),
     ("micros", "us"),
     ("nanos", "ns"),
@@ -176,7 +178,9 @@ mod tests {
             let found = read_time_word(name).map(|word| (word.is_last, word.unit.map(|unit| unit.symbol)));
             assert_eq!(found, wanted, "{name}");
         }
-        for (name, wanted) in [("millis", "ms"), ("Micros", "us"), ("seconds/t", "s"), ("GMS", "ms"), ("us", "us")] {
+        for (name, wanted) in
+            [("millis", "ms"), ("Micros", "us"), ("seconds/t", "s"), ("GMS", "ms"), ("SampleTimeFine", "0.1 ms")]
+        {
             assert_eq!(time_name(name).and_then(|(_, unit)| unit).map(|unit| unit.symbol), Some(wanted), "{name}");
         }
     }

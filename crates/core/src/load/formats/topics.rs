@@ -1,5 +1,8 @@
 //! Wide tables of messages: a column for every field of every topic, named `topic/field`, and a row for every message. PlotJuggler
-//! writes such tables, with a column `__time` in s.
+//! writes such tables, with a column `__time` in s. Tables into which somebody joined the topics of a flight log of PX4 at one rate name
+//! their columns `topic_field`.
+
+use std::collections::BTreeSet;
 
 use crate::load::clocks::time_names::is_time_name;
 use crate::load::contents::{ChannelInfo, Source};
@@ -13,6 +16,16 @@ const MESSAGE_PARTS: [&str; 12] = [
     "angular_velocity", "linear_acceleration",
 ];
 
+/// Topics of PX4 whose fields joined tables hold.
+const JOINED: [&str; 18] = [
+    "vehicle_attitude", "vehicle_angular_velocity", "vehicle_acceleration", "vehicle_local_position",
+    "vehicle_global_position", "vehicle_gps_position", "vehicle_air_data", "sensor_combined", "sensor_accel",
+    "sensor_gyro", "sensor_gps", "sensor_baro", "airspeed_validated", "airspeed", "actuator_controls_0",
+    "actuator_outputs", "actuator_servos", "actuator_motors",
+];
+/// Words behind a topic that make another topic of it.
+const OTHER_TOPICS: [&str; 5] = ["setpoint", "groundtruth", "bias", "wind", "controls"];
+
 /// Columns whose fields are in the same rows.
 struct Topic {
     /// Parts of the name that all of them begin with.
@@ -25,6 +38,10 @@ struct Topic {
 pub(crate) fn split(source: Source) -> Vec<Source> {
     let is_clock = |channel: &ChannelInfo| is_time_name(&channel.name) && parts(&channel.name).len() == 1;
     let Some(clock) = source.channels.iter().position(is_clock) else { return vec![source] };
+    let joined = source.channels.iter().filter_map(|channel| split_joined(&channel.name)).map(|(topic, _)| topic);
+    if joined.collect::<BTreeSet<_>>().len() > 1 {
+        return part_joined(source, clock);
+    }
     let topics = find_topics(&source.channels, clock);
     let filled: usize = topics.iter().map(|topic| topic.rows.iter().filter(|is_filled| **is_filled).count()).sum();
     let cells = topics.len() * source.channels[clock].samples;
@@ -51,6 +68,39 @@ pub(crate) fn split(source: Source) -> Vec<Source> {
         sources.push(part);
     }
     sources
+}
+
+/// A source for every topic of a table of joined topics, and one for its other columns.
+fn part_joined(source: Source, clock: usize) -> Vec<Source> {
+    let time = source.channels[clock].clone();
+    let mut rest = Source { channels: Vec::new(), ..source };
+    let mut topics: Vec<Source> = Vec::new();
+    for (index, channel) in source.channels.into_iter().enumerate() {
+        let Some((name, field)) = split_joined(&channel.name).filter(|_| index != clock) else {
+            rest.channels.push(channel);
+            continue;
+        };
+        let at = topics.iter().position(|topic| topic.name == name).unwrap_or_else(|| {
+            let channels = vec![time.clone()];
+            topics.push(Source { channels, first_column: Some(0), notes: rest.notes.clone(), ..Source::new(name) });
+            topics.len() - 1
+        });
+        topics[at].channels.push(ChannelInfo { name: field.to_owned(), ..channel });
+    }
+    rest.first_column = Some(clock).filter(|_| clock == 0);
+    if rest.channels.len() > 1 {
+        topics.push(rest);
+    }
+    topics
+}
+
+/// Topic and field of the name of a column of joined topics, whose instance is the first: `vehicle_attitude_0_q[0]`, `airspeed.true_airspeed_m_s`.
+fn split_joined(name: &str) -> Option<(&'static str, &str)> {
+    let topics = JOINED.iter().filter(|topic| name.starts_with(**topic));
+    let topic = topics.max_by_key(|topic| topic.len())?;
+    let field = name[topic.len()..].strip_prefix(['_', '.'])?;
+    let field = ["0_", "0."].iter().find_map(|first| field.strip_prefix(first)).unwrap_or(field);
+    (!field.is_empty() && !OTHER_TOPICS.iter().any(|other| field.starts_with(other))).then_some((topic, field))
 }
 
 /// The topics of all columns but the clock; none where a column names no topic.
@@ -153,6 +203,26 @@ mod tests {
         let found: Vec<(&str, &str)> =
             probe.sources.iter().map(|one| (one.name.as_str(), one.channels[1].name.as_str())).collect();
         assert_eq!(found, [("gps/vel", "twist.linear.x"), ("imu/data", "angular_velocity.x")]);
+    }
+
+    #[test]
+    fn joined_topics_of_px4_are_parted() {
+        let head = "timestamp,vehicle_attitude_q[0],vehicle_attitude_q[1],vehicle_attitude_q[2],vehicle_attitude_q[3],\
+                    vehicle_local_position_0_vx,vehicle_local_position_0_z,vehicle_local_position_setpoint_vx,note";
+        let row = |k: u32| {
+            let half = 0.2 * (0.01 * f64::from(k)).sin();
+            format!("{},{:.6},{:.6},0,0,20.5,-{k},3,{k}\n", 5_000_000 + 10_000 * k, half.cos(), half.sin())
+        };
+        let probe = probe_of(&format!("{head}\n{}", (0..400).map(row).collect::<String>()));
+        let names: Vec<(&str, usize)> =
+            probe.sources.iter().map(|source| (source.name.as_str(), source.channels.len())).collect();
+        assert_eq!(names[..2], [("vehicle_attitude", 5), ("vehicle_local_position", 3)]);
+        assert_eq!(probe.sources[2].channels.len(), 3, "time, setpoint and note");
+        let map = guess(std::slice::from_ref(&probe));
+        let down = map.row(Role::PositionDown).unwrap();
+        assert_eq!((down.from.channel.as_str(), down.turned), ("z", false));
+        assert!(map.attitude.is_some());
+        assert!(map.row(Role::VelocityNorth).is_some_and(|row| row.from.source == "vehicle_local_position"));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::load::contents::{ChannelInfo, Probe, Source};
 use crate::load::maps::by_hand::{By, ChannelName, ManualChannel};
 use crate::load::names::foreign_names::is_role_name;
+use crate::load::names::role_names::{NAMES, names_of};
 use crate::load::names::stated_unit::{is_count, is_signal_unit, name_and_unit, split_unit, stated_unit};
 use crate::load::names::tokens::{essence, tokens};
 use crate::load::names::words::{is_commanded, join_words, plain_letters};
@@ -82,7 +83,11 @@ pub(crate) fn all(probes: &[Probe]) -> Vec<Candidate<'_>> {
     usable
         .map(|(source, channel)| {
             let (name, _) = split_unit(channel.label());
-            let (stem, _) = name_and_unit(own_name(source, channel));
+            let (own, unit) = (own_name(source, channel), stated_unit(channel));
+            let (stem, ending) = name_and_unit(own);
+            // `Euler_psi` in deg ends on no unit of pressure.
+            let is_no_unit = unit.zip(ending).is_some_and(|(unit, ending)| unit.dimension != ending.dimension);
+            let stem = if is_no_unit { own.to_owned() } else { stem };
             let (plain, words) = (plain_letters(&stem), join_words(&stem));
             let head = stem.split_once(" - ").map_or(stem.as_str(), |(head, _)| head);
             let (tokens, essence) = (tokens(&stem), essence(&tokens(head)));
@@ -90,7 +95,7 @@ pub(crate) fn all(probes: &[Probe]) -> Vec<Candidate<'_>> {
             let place = plain_letters(source.name.trim_end_matches(|last: char| !last.is_alphabetic()));
             let full = place + &plain_letters(&name);
             let from = ChannelName { source: source.name.clone(), channel: channel.name.clone() };
-            Candidate { from, plain, words, tokens, essence, leaf, full, unit: stated_unit(channel), channel }
+            Candidate { from, plain, words, tokens, essence, leaf, full, unit, channel }
         })
         .collect()
 }
@@ -148,14 +153,12 @@ pub(crate) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
     // Altitude and climb are up, position and velocity down.
     row.by = By::Name;
     row.turned = match role {
-        Role::PositionDown => {
-            ["alt", "h"].iter().any(|up| candidate.plain.contains(up)) || candidate.plain.ends_with("up")
-        }
+        Role::PositionDown => is_height(candidate) || candidate.plain.ends_with("up"),
         Role::VelocityDown => is_climb(candidate),
         // Right trailing edge down is positive.
         Role::Aileron => {
             LEFT.iter().any(|left| candidate.plain.contains(left))
-                || ["aill", "dal", "deltaal"].contains(&candidate.plain.as_str())
+                || ["aill", "daill", "dal", "deltaal"].contains(&candidate.plain.as_str())
                 || is_left_aileron(candidate)
         }
         // Trailing edge down is positive.
@@ -165,10 +168,18 @@ pub(crate) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
     row
 }
 
+/// Whether the name of a place is that of a height.
+fn is_height(candidate: &Candidate<'_>) -> bool {
+    let heights = [Role::Altitude, Role::GpsAltitude].map(|role| names_of(&NAMES, role));
+    let is_name = |text: &str| heights.iter().any(|names| names.contains(&text));
+    let is_word = |token: &String| token.contains("alt") || token.starts_with("height") || is_name(token);
+    candidate.plain.contains("alt") || is_name(&candidate.plain) || candidate.tokens.iter().any(is_word)
+}
+
 /// Whether the name of an aileron says left by a letter of its own.
 fn is_left_aileron(candidate: &Candidate<'_>) -> bool {
     let has = |words: &[&str]| candidate.tokens.iter().any(|token| words.contains(&token.as_str()));
-    has(&["laileron", "aileronl"]) || (has(&["l", "lh"]) && has(&["aileron", "ailerons", "ail"]))
+    has(&["laileron", "aileronl"]) || (has(&["l", "lh"]) && has(&["aileron", "ailerons", "ail", "dail"]))
 }
 
 /// Whether the name or the unit of a surface says that its trailing edge up is positive: `Elevator TE up`, `TEU`.

@@ -11,8 +11,9 @@ use crate::statistics::median;
 
 /// Names that ROS gives the motion of a body, whose axes are forward, left, up unless the specific force says otherwise.
 const ROS_NAMES: [&str; 2] = ["linear_acceleration", "angular_velocity"];
-/// Ends of the names of a quaternion's parts `w, x, y, z`.
-const PARTS: [[&str; 4]; 3] = [["w", "x", "y", "z"], ["0", "1", "2", "3"], ["1", "2", "3", "4"]];
+/// Ends of the names of a quaternion's parts `w, x, y, z`, those without a number first.
+const PARTS: [[&str; 4]; 4] =
+    [["w", "x", "y", "z"], ["real", "i", "j", "k"], ["0", "1", "2", "3"], ["1", "2", "3", "4"]];
 /// Ends of the names of quaternions.
 const QUATERNIONS: [&str; 4] = ["q", "quat", "quaternion", "orientation"];
 /// Largest distance of a quaternion's length from one.
@@ -25,7 +26,8 @@ const LESS_TILTED: f64 = 0.5;
 const DEGREES_OF_A_TURN: f64 = 360.0;
 const FIX_DEG: f64 = 1e-7;
 /// Names of ground speed and of the direction of flight over the ground.
-const GROUND_SPEEDS: [&str; 8] = ["groundspeed", "gs", "gndspd", "gspd", "speedoverground", "sog", "spd", "gpsspeed"];
+const GROUND_SPEEDS: [&str; 10] =
+    ["groundspeed", "gs", "gndspd", "gspd", "speedoverground", "sog", "spd", "gpsspeed", "grndspd", "grndspeed"];
 const TRACKS: [&str; 16] = [
     "track", "trk", "groundtrack", "trackangle", "truetrack", "course", "cog", "gcrs", "courseoverground",
     "gpsheading", "headinggps", "headmot", "crs", "gpscourse", "gpstrack", "headingofmotion",
@@ -159,7 +161,8 @@ fn read_quaternion(
     // Numbers do not say which part is the scalar: first, or last where the aircraft is tilted much less so.
     let [a, b, c, d] = all;
     let (first_rad, last_rad) = (median_tilt_rad(all, count), median_tilt_rad([d, a, b, c], count));
-    let is_last = parts[0] != "w" && last_rad < UPRIGHT_RAD && last_rad < LESS_TILTED * first_rad;
+    let is_last =
+        parts[0].starts_with(char::is_numeric) && last_rad < UPRIGHT_RAD && last_rad < LESS_TILTED * first_rad;
     let all = if is_last { [d, a, b, c] } else { all };
     is_unit.then(|| (first.from.source.clone(), all.map(|part| part.from.channel.clone())))
 }

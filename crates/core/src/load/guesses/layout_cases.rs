@@ -159,3 +159,58 @@ fn a_device_behind_a_signal_is_no_part_of_its_name_and_a_letter_of_tex_is() {
     let found = roles.map(|role| read(&map, role).map_or("", |(name, ..)| name));
     assert_eq!(found, [r"FTI.Roll_rate\XCP:1", r"$\theta$", r"$\alpha$"]);
 }
+
+#[test]
+fn angles_in_the_order_yaw_pitch_roll_are_taken_in_that_order() {
+    let head = "YawPitchRoll.X (deg),YawPitchRoll.Y (deg),YawPitchRoll.Z (deg)";
+    let map = guess_of(head, |now| vec![now.heading * DEG, now.pitch * DEG, now.bank * DEG]);
+    let found = [Role::HeadingAngle, Role::PitchAngle, Role::BankAngle].map(|role| read(&map, role));
+    let named = ["YawPitchRoll.X", "YawPitchRoll.Y", "YawPitchRoll.Z"].map(|name| Some((name, "deg", false)));
+    assert_eq!(found, named);
+}
+
+#[test]
+fn psi_behind_euler_is_an_angle_and_north_behind_a_unit_belongs_to_it() {
+    let map = guess_of("Euler_phi [deg],Euler_theta [deg],Euler_psi [deg],GS (kts),Track (deg T)", |now| {
+        let [north, east, _] = now.speeds;
+        let angles = [now.bank * DEG, now.pitch * DEG, (now.heading * DEG).rem_euclid(360.0)];
+        let ground = [north.hypot(east) / 0.514_444, (east.atan2(north) * DEG).rem_euclid(360.0)];
+        angles.into_iter().chain(ground).collect()
+    });
+    assert_eq!(read(&map, Role::HeadingAngle), Some(("Euler_psi", "deg", false)));
+    let [speed, track] = map.velocity.unwrap();
+    assert_eq!((&*speed.from.channel, &*track.from.channel), ("GS", "Track"));
+}
+
+#[test]
+fn azimuth_and_yaw_rate_of_realflight_are_positive_to_the_left() {
+    let head = "m-airspeed-MPS,m-altitudeASL-MTR,m-rollRate-DEGpSEC,m-yawRate-DEGpSEC,m-azimuth-DEG,m-inclination-DEG,m-roll-DEG,\
+                m-aircraftPositionX-MTR,m-aircraftPositionY-MTR,m-velocityWorldU-MPS,m-velocityWorldV-MPS,m-velocityWorldW-MPS";
+    let map = guess_of(head, |now| {
+        let [north, east, down] = now.speeds;
+        let air = [60.0, now.height, now.rates[0] * DEG, -now.rates[2] * DEG];
+        let angles = [-now.heading * DEG, now.pitch * DEG, now.bank * DEG];
+        let place = [east * now.time_s, north * now.time_s];
+        air.into_iter().chain(angles).chain(place).chain([north, east, down]).collect()
+    });
+    for (role, channel, unit, turned) in [
+        (Role::TrueAirspeed, "m-airspeed-MPS", "m/s", false),
+        (Role::YawRate, "m-yawRate-DEGpSEC", "deg/s", true),
+        (Role::HeadingAngle, "m-azimuth-DEG", "deg", true),
+        (Role::PositionNorth, "m-aircraftPositionY-MTR", "m", false),
+        (Role::PositionDown, "m-altitudeASL-MTR", "m", true),
+        (Role::VelocityEast, "m-velocityWorldV-MPS", "m/s", false),
+    ] {
+        assert_eq!(read(&map, role), Some((channel, unit, turned)), "{}", role.name());
+    }
+}
+
+#[test]
+fn units_of_a_recorder_go_before_ends_of_names() {
+    let map = guess_of("LAT_GIN,LON_GIN,ROLL_GIN,PTCH_GIN,HDG_GIN,TAT_DI_R", |now| {
+        let angles = [now.bank * DEG, now.pitch * DEG, (now.heading * DEG).rem_euclid(360.0)];
+        [51.0 + 1e-5 * now.time_s, -1.0].into_iter().chain(angles).chain([281.0 + 0.01 * now.time_s]).collect()
+    });
+    assert_eq!(read(&map, Role::TotalTemperature), Some(("TAT_DI_R", "K", false)));
+    assert_eq!(read(&map, Role::BankAngle), Some(("ROLL_GIN", "deg", false)));
+}

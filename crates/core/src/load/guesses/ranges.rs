@@ -10,6 +10,7 @@ use crate::statistics::{extent, median};
 
 /// Standard acceleration of free fall in the units that accelerations are recorded in.
 const GRAVITIES: [(&str, f64); 3] = [("m/s^2", 9.806_65), ("ft/s^2", 32.174), ("g", 1.0)];
+const GRAVITY_M_S2: f64 = GRAVITIES[0].1;
 /// Largest ratio of the median specific force of a flight to one g, either way.
 const GRAVITY_RATIO: f64 = 1.35;
 /// The same of one that can still be flown.
@@ -48,12 +49,17 @@ pub(crate) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
     drop_parts(map, probes);
 }
 
-/// Axes whose y is up call the load factor along it `Ny`: of the two the one near one g is the normal load factor.
+/// Axes whose y is up call the load factor along it `Ny`, or the acceleration `AccY`: of the two the one near one g is the normal load factor.
 fn exchange_load_factors(map: &mut ManualChannelMap, probes: &[Probe]) {
     let [side, normal] = [Role::SpecificForceY, Role::SpecificForceZ].map(|role| map.row(role).cloned());
-    let Some(side) = side.filter(|row| plain_letters(&row.from.channel).ends_with("ny")) else { return };
-    let is_near_one =
-        |row: &ManualChannel| median(&mut columns_of(row, probes)).is_some_and(|middle| (0.7..1.3).contains(&middle));
+    let Some(side) = side.filter(|row| row.by == By::Name || row.by == By::Axes) else { return };
+    let is_factor = plain_letters(&side.from.channel).ends_with("ny");
+    // A load factor without a unit is in g.
+    let in_g =
+        |row: &ManualChannel| if is_factor { 1.0 } else { row.unit.map_or(1.0, |unit| unit.scale / GRAVITY_M_S2) };
+    let is_near_one = |row: &ManualChannel| {
+        median(&mut columns_of(row, probes)).is_some_and(|middle| (0.7..1.3).contains(&(middle * in_g(row))))
+    };
     if is_near_one(&side) && !normal.as_ref().is_some_and(is_near_one) {
         map.set(Role::SpecificForceZ, Some(side));
         map.set(Role::SpecificForceY, normal);

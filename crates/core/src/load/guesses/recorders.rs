@@ -123,7 +123,7 @@ const SHIPPED: &[&str] = shipped![
     "xplaneconnect", "xplane_fdr", "xplane_datarefs", "xplane_udp", "xplane_data", "flightgear",
     "flightgear_properties", "garmin", "inertialsense", "jsbsim_properties", "jsbsim", "msfs", "msfs_programs",
     "flight_data_accessor", "opensky", "dashlink", "cloudahoy", "datcon", "dji_flight_log", "phone_logger",
-    "racechrono", "vbox", "flysight", "sidpac",
+    "racechrono", "vbox", "flysight", "sidpac", "realflight", "faam",
 ];
 
 /// The recorders that come with the program.
@@ -257,7 +257,10 @@ fn best(columns: &[Column], probe: &Probe, role: Role) -> Option<ManualChannel> 
     let (column, source, channel) = found.iter().find(|(_, _, channel)| varies(channel)).or(found.first())?;
     let of_role = |unit: &Unit| unit.dimension == role.dimension();
     let by_definition = column.unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
-    let unit = stated_unit(channel).filter(of_role).or(by_definition);
+    let stated = || stated_unit(channel).filter(of_role);
+    // The definition of a whole name knows its unit better than an end of the name that looks like one: `TAT_DI_R` is in K.
+    let is_defined = channel.unit.is_none() && !column.from.contains('*');
+    let unit = if is_defined { by_definition.or_else(stated) } else { stated().or(by_definition) };
     let mut row =
         ManualChannel::new(name_of(source, channel), Some(unit.unwrap_or_else(|| unit_by_size(channel, role))));
     row.by = By::Recorder;

@@ -49,8 +49,9 @@ const VECTORS: &[Vector] = &[
     ),
     (
         [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle],
-        &["euler", "eulerangle", "eulerangles", "rpy", "attitude", "phithetapsi", "eulerangledeg", "yawpitchroll"],
+        &["euler", "eulerangle", "eulerangles", "rpy", "attitude", "phithetapsi", "eulerangledeg", "rollpitchyaw"],
     ),
+    ([Role::HeadingAngle, Role::PitchAngle, Role::BankAngle], &["yawpitchroll", "ypr", "psithetaphi"]),
 ];
 /// Ends of names by axis.
 const AXES: [[&str; 3]; 7] = [

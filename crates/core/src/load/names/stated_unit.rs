@@ -20,7 +20,10 @@ static UNIT_ENDINGS: LazyLock<[Vec<(&str, &str)>; 2]> = LazyLock::new(|| {
 });
 
 /// Ends of names that look like a unit and are a direction or an angle.
-const NO_UNITS: &[&str] = &["v_n", "vel_n", "velocity_n", "pos_n", "position_n", "angle_psi", "heading_psi", "yaw_psi"];
+const NO_UNITS: &[&str] = &[
+    "v_n", "vel_n", "velocity_n", "pos_n", "position_n", "angle_psi", "heading_psi", "yaw_psi", "euler_psi",
+    "attitude_psi", "ahrs_psi", "ins_psi", "nav_psi",
+];
 
 /// A name without the unit it ends on, and that unit: `alpha` and degrees of `alpha_deg` or `alpha-deg`.
 pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
@@ -258,9 +261,16 @@ pub(crate) fn parse_loosely(text: &str) -> Option<Unit> {
     Unit::parse(&plain).ok()
 }
 
-/// Whether a unit says which way is positive: `deg TEU`.
+/// Whether a unit says which way is positive, or from which north it counts: `deg TEU`, `deg T`.
 fn has_direction(text: &str) -> bool {
-    matches!(split_direction(text), Some((unit, "TEU" | "TED" | "TE up" | "TE down")) if Unit::parse(unit).is_ok())
+    const EDGES: [&str; 4] = ["teu", "ted", "te up", "te down"];
+    const NORTHS: [&str; 5] = ["t", "m", "true", "mag", "magnetic"];
+    let Some((unit, direction)) = split_direction(text) else { return false };
+    let direction = direction.to_lowercase();
+    Unit::parse(unit).is_ok_and(|unit| {
+        EDGES.contains(&direction.as_str())
+            || (unit.dimension == Dimension::Angle && NORTHS.contains(&direction.as_str()))
+    })
 }
 
 /// Whether a deflection in this unit is still to be calibrated: volts, counts.
@@ -322,6 +332,9 @@ mod tests {
             ("Deg C", Some("degC")),
             ("deg TEU", Some("deg")),
             ("deg, TE up", Some("deg")),
+            ("deg T", Some("deg")),
+            ("degrees Magnetic", Some("deg")),
+            ("m T", None),
             ("flags", None),
         ] {
             assert_eq!(parse_loosely(text).map(|unit| unit.symbol), wanted, "{text}");
