@@ -183,6 +183,8 @@ pub enum NoiseOrigin {
     Stated(String),
     /// Second differences of the whole recording, since no steady part shows it.
     Differences,
+    /// Gusts along the path, which the airspeed shows and no flow vane.
+    Gusts,
 }
 
 /// A standard deviation proposed for one channel. Its square stands on the diagonal of Q (inertial samples) or R (measurements).

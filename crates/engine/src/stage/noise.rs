@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use doublet_core::airframe::instruments::StatedNoise;
-use doublet_core::prep::{NoiseChoice, NoiseOrigin, NoiseStatistics, NoiseSums, noise_proposal, white_noise_deviation};
+use doublet_core::prep::{
+    NoiseChoice, NoiseOrigin, NoiseStatistics, NoiseSums, gusts_along_path, noise_proposal, white_noise_deviation,
+};
 use doublet_core::quantity::{Dimension, Role};
 use doublet_core::reconstruct::FilterSettings;
 use doublet_core::series::{Recording, TimeRange};
@@ -81,6 +83,7 @@ impl NoiseRow {
             Ok(NoiseOrigin::Resolution(_)) => "resolution of the recorder over the root of 12".to_owned(),
             Ok(NoiseOrigin::Stated(source)) => source.clone(),
             Ok(NoiseOrigin::Differences) => "second differences of the whole recording".to_owned(),
+            Ok(NoiseOrigin::Gusts) => "gusts along the path: a flow vane is not recorded".to_owned(),
             Err(reason) => format!("none: {reason}"),
         }
     }
@@ -89,7 +92,7 @@ impl NoiseRow {
     pub fn is_measured(&self) -> bool {
         matches!(
             self.choice.as_ref().map(|it| &it.origin),
-            Ok(NoiseOrigin::Windows(_) | NoiseOrigin::Resolution(_) | NoiseOrigin::Differences)
+            Ok(NoiseOrigin::Windows(_) | NoiseOrigin::Resolution(_) | NoiseOrigin::Differences | NoiseOrigin::Gusts)
         )
     }
 }
@@ -116,6 +119,7 @@ pub fn noise(flights: &[NoiseFlight<'_>], marked: &[SteadyWindow]) -> Vec<Flight
         let measured = measure(role, flights, &found);
         let choice = noise_proposal(measured.as_ref().map_err(ToString::to_string), stated.get(&role).copied());
         let choice = choice.or_else(|reason| propose_by_differences(channel, flights).ok_or(reason));
+        let choice = if role == Role::TrueAirspeed { with_gusts(choice, flights) } else { choice };
         NoiseRow { channel, statistics: measured.ok(), choice }
     };
     let rows: Vec<NoiseRow> = NoiseChannel::all().map(row).collect();
@@ -145,6 +149,24 @@ fn propose_by_differences(channel: NoiseChannel, flights: &[NoiseFlight<'_>]) ->
     let found = flights.iter().filter_map(deviation).filter(|deviation| *deviation >= least);
     let proposed = median(&mut found.collect::<Vec<_>>())?;
     Some(NoiseChoice { proposed, origin: NoiseOrigin::Differences })
+}
+
+/// Part of the gusts along the path that counts as noise of the airspeed.
+const GUSTS: f64 = 2.0;
+
+/// The proposal for the airspeed with the gusts of flights without both flow vanes. The filter would explain gusts along the path by
+/// velocities across it, which nothing else shows there: its flow angles would then be wrong by many times what the gusts are.
+fn with_gusts(choice: Result<NoiseChoice, String>, flights: &[NoiseFlight<'_>]) -> Result<NoiseChoice, String> {
+    let lacks_vane = |flight: &&NoiseFlight<'_>| {
+        [Role::AngleOfAttack, Role::Sideslip].iter().any(|vane| flight.loaded.recording.role(*vane).is_none())
+    };
+    let gusts = flights.iter().filter(lacks_vane).filter_map(|flight| gusts_along_path(&flight.loaded.recording));
+    let Some(proposed) = median(&mut gusts.map(|gusts| GUSTS * gusts).collect::<Vec<_>>()) else { return choice };
+    match choice {
+        Ok(NoiseChoice { origin: NoiseOrigin::Stated(_), .. }) => choice,
+        Ok(NoiseChoice { proposed: known, .. }) if known >= proposed => choice,
+        _ => Ok(NoiseChoice { proposed, origin: NoiseOrigin::Gusts }),
+    }
 }
 
 /// Standard deviation of an entry in the built-in settings.

@@ -154,6 +154,7 @@ fn difference(row: &NoiseRow, innovations: NoiseEstimate, steady: NoiseEstimate)
         Ok(NoiseOrigin::Stated(_)) => "the instruments file states the error over the whole range".to_owned(),
         Ok(NoiseOrigin::Resolution(_)) => "steady flight shows only the resolution of the recorder".to_owned(),
         Ok(NoiseOrigin::Differences) => "second differences show only the fast part of the noise".to_owned(),
+        Ok(NoiseOrigin::Gusts) => "gusts count as noise of the airspeed where a flow vane is not recorded".to_owned(),
         Ok(NoiseOrigin::Windows(found)) if steady.std > innovations.std && found.lag_one > SLOW => {
             format!("steady samples contain turbulence (lag-one correlation {:.2})", found.lag_one)
         }
