@@ -46,8 +46,9 @@ impl<'a> Instruments<'a> {
 
     /// Variance of a derivative that a flight will state: that of the errors `next` of its undisturbed motion, or one with `more` times the
     /// information of the session and its slopes where there are none. Its instruments have errors `e` of these standard deviations,
-    /// `S = diag(a^2)`, and its session states them. With `A` the information of that flight and `P` what it knows beforehand, its errors are `e' = B A (e + noise)` with covariance `B = (A + P^-1)^-1`, so the expected mean square
-    /// `B + e' e''` is `B + B A S A B + B A B`: `S` where `P` is `S`, however long it flies. Where innovations scatter more than predicted,
+    /// `S = diag(a^2)`, and its session states them. With `A` the information of that flight and `P` what it knows beforehand, its errors are
+    /// `e' = B A (e + noise)` with covariance `B = (A + P^-1)^-1`, so the expected mean square `B + e' e''` is `B + B A S A B + B A B`: `S` where
+    /// `P` is `S`, however long it flies. Where innovations scatter more than predicted,
     /// the parts without `S` are larger by that.
     pub fn variance(&self, derivative: &str, next: Option<&PathErrors>, more: f64) -> f64 {
         let PathErrors { kinds, found, controls, .. } = self.errors;
