@@ -206,7 +206,8 @@ pub fn design(arguments: &DesignArguments) -> Result<(), String> {
     };
     let found = designed_rows(&basis, &request, arguments.compare, &|| Ok(()));
     let (mut row, designed) = found.map_err(|error| error.to_string())?;
-    PathShare::measure(&session, &snapshot).iter().for_each(|share| row.add_path(share, arguments.with_flown));
+    let share = PathShare::measure((&session, &snapshot), &designed, arguments.with_flown, &Control::default());
+    share.iter().for_each(|share| row.add_path(share));
     let written =
         arguments.out.as_ref().map(|_| write(arguments, (&session, &snapshot), &row, &designed)).transpose()?;
     text::json(&row)?;

@@ -123,7 +123,8 @@ fn row(source: &Source, request: &Request, options: &DesignOptions, control: &Co
     let designed = design(&basis, request).map_err(|error| error.to_string())?;
     let mut row = design_row(&basis, request, &designed);
     if let Source::Results(session, snapshot) = source {
-        PathShare::measure(session, snapshot).iter().for_each(|share| row.add_path(share, request.with_flown));
+        let share = PathShare::measure((session, snapshot), &designed, request.with_flown, control);
+        share.iter().for_each(|share| row.add_path(share));
     }
     Ok(row)
 }

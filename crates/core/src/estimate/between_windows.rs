@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{PooledFit, PooledWindow};
+use super::{EstimateError, PooledFit, PooledWindow};
 use crate::statistics::NORMAL_95;
 
 /// Fewest windows whose scatter is used: with two the quantile of Student's distribution is 6.5 times that of the normal one.
@@ -55,6 +55,49 @@ impl PooledFit {
         }
         Some(errors)
     }
+}
+
+/// Mean square of the scatter between windows over the variance of the estimates where the noise is white, one per parameter; one where it is
+/// not used: with fewer than three windows, and for the windows' own parameters.
+///
+/// The estimate leaves the scores `s_w = z_w - A_w A^-1 sum_v z_v` of noise with `cov z_w = A_w`, and `A = sum_w A_w + W` with the `prior`
+/// information `W`, so `cov s_w = A_w - 2 A_w A^-1 A_w + A_w A^-1 (A - W) A^-1 A_w`. Where all windows have the same information the share is
+/// one; where one window has most of it, that window's score is nearly zero and the scatter is too small (Bell and McCaffrey 2002).
+pub(super) fn expected_between_windows(
+    windows: &[PooledWindow],
+    parameters: &[Vec<usize>],
+    prior: &[f64],
+) -> Result<Vec<f64>, EstimateError> {
+    let mut shares = vec![1.0; prior.len()];
+    let count = windows.len();
+    if count < FEWEST_WINDOWS {
+        return Ok(shares);
+    }
+    let times_used = |parameter: usize| parameters.iter().filter(|own| own.contains(&parameter)).count();
+    let shared: Vec<usize> = (0..prior.len()).filter(|&index| times_used(index) > 1).collect();
+    let refused = || EstimateError::Setting {
+        setting: "constants of a manoeuvre".to_owned(),
+        value: f64::NAN,
+        allowed: "linearly independent",
+    };
+    let one = |(window, columns): (&PooledWindow, &Vec<usize>)| {
+        let own = score_of(window, columns, &shared, &DVector::zeros(window.x.nrows()), |_| true);
+        own.map(|(_, information)| information).ok_or_else(refused)
+    };
+    let own: Vec<DMatrix<f64>> = windows.iter().zip(parameters).map(one).collect::<Result<_, _>>()?;
+    let measured = own.iter().fold(DMatrix::zeros(shared.len(), shared.len()), |sum, own| sum + own);
+    let prior = DMatrix::from_diagonal(&DVector::from_iterator(shared.len(), shared.iter().map(|&index| prior[index])));
+    let covariance = (&measured + prior).cholesky().ok_or_else(refused)?.inverse();
+    let spread = &covariance * measured * &covariance;
+    let left = own.iter().fold(DMatrix::zeros(shared.len(), shared.len()), |sum, own| {
+        sum + own - own * &covariance * own * 2.0 + own * &spread * own
+    });
+    let scatter = &covariance * left * &covariance;
+    let groups = count as f64 / (count as f64 - 1.0);
+    for (place, &parameter) in shared.iter().enumerate() {
+        shares[parameter] = (groups * scatter[(place, place)] / covariance[(place, place)]).max(0.0);
+    }
+    Ok(shares)
 }
 
 /// `X~' v` and `X~' X~` of one window over the parameters `shared`; `None` where its own regressors depend on each other.
@@ -131,6 +174,32 @@ mod tests {
         approx::assert_relative_eq!(errors[0], expected, max_relative = 1e-9);
         assert_eq!(&errors[1..], &[0.0; 6]);
         assert!(fit.errors_between_windows(&windows[..2]).is_none());
+    }
+
+    #[test]
+    fn scatter_to_expect_is_that_of_many_draws_also_where_one_window_has_most() {
+        use rand::{RngExt, SeedableRng};
+        use rand_distr::StandardNormal;
+        const DRAWS: usize = 4000;
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let names = ["constant".to_owned(), "slope".to_owned()];
+        for amplitudes in [[1.0, 1.0, 1.0, 1.0], [1.0, 0.3, 0.3, 0.2]] {
+            let mut windows: Vec<PooledWindow> = (0..4).map(|index| window(index, 0.0)).collect();
+            for (window, amplitude) in windows.iter_mut().zip(amplitudes) {
+                window.x.column_mut(1).scale_mut(amplitude);
+            }
+            let fit = pooled(&names, &[true, false], &windows).unwrap();
+            let share = expected_between_windows(&windows, &fit.parameters, &[0.0; 5]).unwrap()[0];
+            let (mut scatter, variance) = (0.0, fit.fit.unit_covariance[(0, 0)]);
+            for _ in 0..DRAWS {
+                windows.iter_mut().flat_map(|window| &mut window.z).for_each(|z| *z = rng.sample(StandardNormal));
+                let fit = pooled(&names, &[true, false], &windows).unwrap();
+                scatter += fit.errors_between_windows(&windows).unwrap()[0].powi(2) / DRAWS as f64;
+            }
+            let drawn = scatter / variance / (student_quantile(3.0) / NORMAL_95).powi(2);
+            approx::assert_relative_eq!(share, drawn, max_relative = 0.06);
+            assert!((share < 0.5) == (amplitudes[1] < 1.0), "{share}");
+        }
     }
 
     fn window(index: usize, slope: f64) -> PooledWindow {

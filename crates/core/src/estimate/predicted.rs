@@ -6,6 +6,7 @@ use std::collections::btree_map::Entry;
 
 use nalgebra::DMatrix;
 
+use super::between_windows::expected_between_windows;
 use super::covariance::{Block, Coloured, Spectra, Unit, add_products, sandwich, with_transforms};
 use super::pooled::layout;
 use super::triangle::Triangle;
@@ -32,6 +33,8 @@ pub struct ExpectedErrors {
     pub standard_errors: Vec<f64>,
     /// Standard errors for residuals of the noise's colour.
     pub corrected_errors: Vec<f64>,
+    /// Mean square of the scatter between the windows over the variance, for white residuals; one where the scatter is not used.
+    pub scatter_shares: Vec<f64>,
     /// Covariance for residuals of the noise's colour.
     pub covariance: DMatrix<f64>,
 }
@@ -122,7 +125,9 @@ impl ResidualNoise {
             let unit = Unit { covariance: &unit_covariance, prior_information: &information, variance: self.variance };
             sandwich(&unit, middle)
         })?;
+        let scatter_shares = expected_between_windows(&regression.windows, &parameters, &information)?;
         Ok(ExpectedErrors {
+            scatter_shares,
             standard_errors: unit_covariance.diagonal().iter().map(|d| (self.variance * d).sqrt()).collect(),
             corrected_errors: covariance.diagonal().iter().map(|variance| variance.sqrt()).collect(),
             names,

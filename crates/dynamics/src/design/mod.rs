@@ -18,7 +18,9 @@ pub use excursion::{Excursion, Limit, Limits, Quantity, excursions};
 pub use fly::{Disturbance, FlownInput, Plant, Start, fly};
 pub use multisine::{orthogonal_multisines, relative_peak_factor};
 pub use plan::{DesignKind, PlannedManoeuvre, Recipe, SURFACE_NAMES};
-pub use predict::{Basis, ExpectedDerivative, KnownCoefficient, Prediction, window_variables};
+pub use predict::{
+    Basis, ExpectedDerivative, KnownCoefficient, Prediction, designed_settings, window_data, window_variables,
+};
 pub use search::{Criterion, Designed, NextManoeuvre, Request, design, next_manoeuvres};
 pub use shape::BaseTimes;
 pub use signal::{CONTROLS, Input, THROTTLE};

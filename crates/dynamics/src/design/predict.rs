@@ -6,7 +6,8 @@ use std::sync::Arc;
 use doublet_core::airframe::MassHistory;
 use doublet_core::estimate::{Constraint, ExpectedErrors, PooledRegression, PooledWindow, ResidualNoise};
 use doublet_core::model::{
-    AeroData, Coefficient, CoefficientSettings, Engine, Term, Variables, is_constant_name, regressors, variables,
+    AeroData, Coefficient, CoefficientSettings, Engine, Gyroscopic, Term, Variables, is_constant_name, regressors,
+    variables,
 };
 use doublet_core::quantity::Role;
 use nalgebra::DMatrix;
@@ -69,6 +70,8 @@ pub struct ExpectedDerivative {
     pub standard_error: Option<f64>,
     /// The same for residuals of the colour they have.
     pub corrected: Option<f64>,
+    /// Mean square of the scatter between the manoeuvres over the variance, for white residuals; one where the scatter is not used.
+    pub scatter_share: f64,
 }
 
 /// What manoeuvres say of the derivatives.
@@ -105,6 +108,22 @@ pub fn window_variables(
     plant: &Plant,
     settings: &CoefficientSettings,
 ) -> Result<Variables, DesignError> {
+    Ok(variables(&window_data(flown, plant), &designed_settings(settings))?)
+}
+
+/// Settings of a session for a flight as designed: its deflections are those in the air, lags between a recording and the air are not in them,
+/// and its engines have no rotors.
+pub fn designed_settings(settings: &CoefficientSettings) -> CoefficientSettings {
+    CoefficientSettings {
+        control_lags: BTreeMap::new(),
+        excluded: Vec::new(),
+        gyroscopic: Gyroscopic::Ignored,
+        ..settings.clone()
+    }
+}
+
+/// Columns of a flight for the coefficients, without errors of instruments.
+pub fn window_data(flown: &FlownInput, plant: &Plant) -> AeroData {
     let condition = &plant.trim.condition;
     let column = |of: &dyn Fn(usize) -> f64| -> Arc<[f64]> { (0..flown.time_s.len()).map(of).collect() };
     let airspeed_m_s = column(&|k| flown.air[k][0]);
@@ -118,7 +137,7 @@ pub fn window_variables(
         rotor_inertia_kg_m2: 0.0,
         speed_rad_s: Arc::default(),
     };
-    let data = AeroData {
+    AeroData {
         alpha_rad: column(&|k| flown.air[k][1]),
         beta_rad: column(&|k| flown.air[k][2]),
         rates_rad_s: [3, 4, 5].map(|state| column(&|k| flown.states[k][state]).to_vec()),
@@ -136,10 +155,7 @@ pub fn window_variables(
         mach: Some(column(&|k| flown.air[k][0] / flown.speed_of_sound_m_s[k])),
         time_s: flown.time_s.as_slice().into(),
         airspeed_m_s,
-    };
-    // Designed deflections are those in the air: lags between a recording and the air are not in them.
-    let settings = CoefficientSettings { control_lags: BTreeMap::new(), excluded: Vec::new(), ..settings.clone() };
-    Ok(variables(&data, &settings)?)
+    }
 }
 
 /// Variation of a regressor below which it counts as resting.
@@ -193,13 +209,14 @@ impl Basis {
                 let Some(index) = self.model.names.iter().position(|known| *known == name) else { continue };
                 let found = expected.as_ref().and_then(|errors| {
                     let at = errors.names.iter().position(|known| *known == name)?;
-                    Some((errors.standard_errors[at], errors.corrected_errors[at]))
+                    Some((errors.standard_errors[at], errors.corrected_errors[at], errors.scatter_shares[at]))
                 });
                 prediction.derivatives.push(ExpectedDerivative {
                     estimate: self.model.values()[index],
                     present: self.model.standard_error(index),
                     standard_error: found.map(|found| found.0),
                     corrected: found.map(|found| found.1),
+                    scatter_share: found.map_or(1.0, |found| found.2),
                     name,
                 });
             }

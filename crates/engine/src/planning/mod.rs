@@ -7,6 +7,7 @@ mod card_flight;
 mod cards;
 mod coverage;
 mod debrief;
+mod designed_errors;
 mod designed_session;
 mod document;
 mod enough;

@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use doublet_core::statistics::NORMAL_95;
-use doublet_dynamics::design::{CONTROLS, SURFACE_NAMES};
+use doublet_dynamics::design::{CONTROLS, Designed, SURFACE_NAMES};
 
 use super::basis::tells;
+use super::designed_errors::designed_errors;
 use super::rows::{DesignRow, PredictedRow};
+use crate::graph::Control;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
 use crate::stage::{CoefficientFit, PathErrors};
@@ -21,6 +23,10 @@ pub struct PathShare {
     time_s: f64,
     /// Errors of path and sensors; none where they could not be formed.
     errors: Option<Arc<PathErrors>>,
+    /// The same of the flight as designed; none where they could not be formed.
+    designed: Option<Arc<PathErrors>>,
+    /// Whether the manoeuvres of the session count beside those of the design.
+    with_flown: bool,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -36,48 +42,59 @@ struct Part {
 }
 
 impl PathShare {
-    /// That of a session that was run; none where it has no pooled fit.
-    pub fn measure(session: &Session, snapshot: &Snapshot) -> Option<Self> {
+    /// That of a session that was run and of a design from it; none where it has no pooled fit. `with_flown` where the manoeuvres of the
+    /// session count beside those of the design.
+    pub fn measure(
+        (session, snapshot): (&Session, &Snapshot),
+        designed: &Designed,
+        with_flown: bool,
+        control: &Control,
+    ) -> Option<Self> {
         let pooled = snapshot.pooled.ready()?;
         let errors = pooled.path_errors.clone();
         let parts = pooled.fits.iter().flat_map(|fit| fit_parts(fit, session, errors.as_deref()));
         let times = session.active_windows().map(|window| window.window.end_s - window.window.start_s);
-        Some(Self { parts: parts.collect(), time_s: times.sum(), errors })
+        let designed =
+            errors.as_ref().and_then(|_| designed_errors((session, snapshot), designed, with_flown, control));
+        Some(Self { parts: parts.collect(), time_s: times.sum(), errors, designed: designed.map(Arc::new), with_flown })
     }
 
-    /// Variance to expect of a derivative beside that of its noise: what further time shows of the instruments, which remain those of the
-    /// session; the choice of the differentiation; models that do not fit, which fall with the time flown; the scatter between manoeuvres by
-    /// noise, of so many manoeuvres. None of a derivative that was not fitted.
-    fn variance(&self, name: &str, noise: f64, row: &DesignRow, with_flown: bool) -> Option<f64> {
+    /// Variance to expect of a derivative beside that of its `noise`: what the errors of the instruments, which remain those of the session, do
+    /// in the flight as designed; the larger choice of the differentiation; models that do not fit, which fall with the time flown; the
+    /// scatter between manoeuvres by noise, of so many manoeuvres. None of a derivative that was not fitted.
+    fn variance(&self, own: &PredictedRow, noise: f64, row: &DesignRow) -> Option<f64> {
+        let name = own.name.as_str();
         let part = self.parts.get(name)?;
-        let own = row.manoeuvres.iter().filter(|manoeuvre| match manoeuvre.surfaces.as_slice() {
+        let excite = row.manoeuvres.iter().filter(|manoeuvre| match manoeuvre.surfaces.as_slice() {
             [one] => SURFACE_NAMES.iter().zip(part.excited_by).any(|(name, excites)| excites && name == one),
             _ => true,
         });
-        let count = own.count();
+        let count = excite.count();
         let times = row.manoeuvres.iter().map(|manoeuvre| manoeuvre.duration_s);
-        let (windows, time_s) = match with_flown {
+        let (windows, time_s) = match self.with_flown {
             true => (count + part.windows, times.sum::<f64>() + self.time_s),
             false => (count, times.sum()),
         };
         let more = time_s / self.time_s;
-        let sensors = self.errors.as_ref().map_or(0.0, |errors| errors.instruments().variance(name, more));
-        let path = part.variance / more + part.choice + sensors;
-        (windows > 0).then(|| path + noise * noise * (scatter_inflation(windows) - 1.0))
+        let designed = self.designed.as_deref();
+        let sensors = self.errors.as_ref().map_or(0.0, |errors| errors.instruments().variance(name, designed, more));
+        let choice = designed.map_or(0.0, |designed| designed.variances(name).1).max(part.choice);
+        let path = part.variance / more + choice + sensors;
+        (windows > 0).then(|| path + noise * noise * (scatter_inflation(windows, own.scatter_share) - 1.0))
     }
 }
 
 /// Expected square of a corrected error over that of its noise, if noise alone scatters so many manoeuvres. The corrected error is the larger
 /// of that of the noise and of the scatter between manoeuvres, which is multiplied by the ratio `t / 1.96` of the quantiles of 95 % of Student
-/// (`windows - 1` degrees of freedom) and normal: `E max(1, (t / 1.96)^2 X)`, `X` the chi squared over its degrees of freedom. One for
-/// fewer than three manoeuvres, whose scatter is not used.
-fn scatter_inflation(windows: usize) -> f64 {
+/// (`windows - 1` degrees of freedom) and normal: `E max(1, (t / 1.96)^2 c X)`, `X` the chi squared over its degrees of freedom and `c` the
+/// `share` of the variance that the scatter shows on average. One for fewer than three manoeuvres, whose scatter is not used.
+fn scatter_inflation(windows: usize, share: f64) -> f64 {
     const FEWEST: usize = 3;
     if windows < FEWEST {
         return 1.0;
     }
     let freedom = (windows - 1) as f64;
-    let ratio = (student_quantile(freedom) / NORMAL_95).powi(2);
+    let ratio = share * (student_quantile(freedom) / NORMAL_95).powi(2);
     // Of the chi squared over its degrees of freedom, not normalised; two of them have a density at zero.
     let density = |x: f64| match x > 0.0 {
         true => (x * (1.0 - x).exp()).powf(0.5 * freedom) / x,
@@ -115,7 +132,7 @@ fn fit_parts(fit: &CoefficientFit, session: &Session, path: Option<&PathErrors>)
     let errors = fit.corrected_errors.iter().zip(&fit.noise_errors);
     let excited_by = tells(fit.coefficient, &session.estimation);
     let windows = fit.windows.len();
-    let scattered = scatter_inflation(windows);
+    let scattered = scatter_inflation(windows, 1.0);
     let part = |(name, (all, noise)): (&String, (&f64, &f64))| {
         let (sensors, choice) = path.map_or((0.0, 0.0), |path| path.variances(name));
         let variance = (all * all - sensors - choice - scattered * noise * noise).max(0.0);
@@ -126,9 +143,8 @@ fn fit_parts(fit: &CoefficientFit, session: &Session, path: Option<&PathErrors>)
 
 impl DesignRow {
     /// Adds the errors of path and sensors of the session it starts from, and the scatter of so many manoeuvres: the promised error.
-    /// `with_flown` where the manoeuvres of the session count beside those of the design.
-    pub fn add_path(&mut self, share: &PathShare, with_flown: bool) {
-        let of_row = |own: &PredictedRow| share.variance(&own.name, own.corrected?, self, with_flown);
+    pub fn add_path(&mut self, share: &PathShare) {
+        let of_row = |own: &PredictedRow| share.variance(own, own.corrected?, self);
         let added: Vec<Option<f64>> = self.predicted.iter().map(of_row).collect();
         for (own, variance) in self.predicted.iter_mut().zip(added) {
             own.path_error = variance.map(f64::sqrt);
@@ -156,6 +172,7 @@ mod tests {
             present: 0.0,
             path_error: None,
             promised: None,
+            scatter_share: 1.0,
         }
     }
 
@@ -179,7 +196,7 @@ mod tests {
             ("Cm_q".to_owned(), part([false, true, false, true])),
             ("Cl_p".to_owned(), part([true, false, true, false])),
         ];
-        let share = PathShare { parts: parts.into(), time_s: 100.0, errors: None };
+        let share = PathShare { parts: parts.into(), time_s: 100.0, ..PathShare::default() };
         let mut row = DesignRow {
             kind: "doublet",
             time_s: 125.0,
@@ -188,7 +205,7 @@ mod tests {
             manoeuvres: vec![manoeuvre("elevator", 25.0), manoeuvre("aileron", 60.0), manoeuvre("rudder", 40.0)],
             ..DesignRow::default()
         };
-        row.add_path(&share, false);
+        row.add_path(&share);
         let promised: Vec<f64> = row.predicted.iter().filter_map(|own| own.promised).collect();
         // 4 * 100 / 125 beside 9, whichever surface excites it; a derivative that was not fitted has its noise alone.
         let expected = (9.0 + 3.2_f64).sqrt();
@@ -205,10 +222,18 @@ mod tests {
         }
         // Two degrees of freedom: X is exponential, E max(1, m X) = 1 + m exp(-1 / m).
         let m = (4.302_653_f64 / NORMAL_95).powi(2);
-        assert!((scatter_inflation(3) / (1.0 + m * (-1.0 / m).exp()) - 1.0).abs() < 1e-4, "{}", scatter_inflation(3));
+        assert!(
+            (scatter_inflation(3, 1.0) / (1.0 + m * (-1.0 / m).exp()) - 1.0).abs() < 1e-4,
+            "{}",
+            scatter_inflation(3, 1.0)
+        );
         // Many manoeuvres: X is normal about one with variance 2 / n, E max(1, X) = 1 + sqrt(2 / n) / sqrt(2 pi).
         let many = 1.0 + (2.0_f64 / 2000.0).sqrt() / std::f64::consts::TAU.sqrt();
-        assert!((scatter_inflation(2001) / many - 1.0).abs() < 2e-3, "{} for {many}", scatter_inflation(2001));
-        assert_eq!(scatter_inflation(2), 1.0);
+        assert!(
+            (scatter_inflation(2001, 1.0) / many - 1.0).abs() < 2e-3,
+            "{} for {many}",
+            scatter_inflation(2001, 1.0)
+        );
+        assert_eq!(scatter_inflation(2, 1.0), 1.0);
     }
 }

@@ -66,6 +66,9 @@ pub struct PredictedRow {
     pub present: f64,
     pub path_error: Option<f64>,
     pub promised: Option<f64>,
+    /// Mean square of the scatter between the manoeuvres over the variance by noise.
+    #[serde(skip)]
+    pub scatter_share: f64,
 }
 
 /// How far one quantity goes.
@@ -254,6 +257,7 @@ fn predicted(designed: &Designed) -> Vec<PredictedRow> {
         present: derivative.present,
         path_error: None,
         promised: None,
+        scatter_share: derivative.scatter_share,
     })
     .collect()
 }

@@ -86,7 +86,7 @@ pub fn design_sheet(
         let basis = basis_of(input, &DesignOptions::default(), &context)?;
         context.checkpoint()?;
         let (mut row, designed) = designed_rows(&basis, &request.request(), request.compare, &|| context.checkpoint())?;
-        PathShare::measure(session, snapshot).iter().for_each(|share| row.add_path(share, false));
+        PathShare::measure((session, snapshot), &designed, false, control).iter().for_each(|share| row.add_path(share));
         let card = design_document(session, &row, &designed, &Style::default());
         let aircraft = input.aircraft.loaded.aircraft.clone();
         Ok(DesignSheet { row, designed, card, session: session.clone(), aircraft })

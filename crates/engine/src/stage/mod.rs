@@ -96,6 +96,7 @@ pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_en
 pub use noise_advice::{NoiseAdvice, NoiseEstimate, NoiseStep, channel_advice, noise_advice, pooled_noise};
 pub use observability::Observability;
 pub use onsets::{OnsetShift, mean_shift, onset_shifts};
+pub(crate) use path::measurements_of;
 pub use path::{PathAssessment, PathSeries, SmoothedSeries, WindowPath, paths, reconstructions};
 pub(crate) use path_errors::MOST_SAMPLES;
 pub use path_errors::{ConstantError, ErrorWindow, PathErrors, WidenedFits, path_errors};

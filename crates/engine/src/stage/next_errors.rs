@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use doublet_core::quantity::InstrumentError;
 use nalgebra::{DMatrix, DVector};
 
-use super::control_delays::{PRIOR_DEVIATION_S, instrument_error};
+use super::control_delays::{ControlDelay, PRIOR_DEVIATION_S, instrument_error};
 use super::path_errors::PathErrors;
 
 /// The instruments as a session shows them.
@@ -44,14 +44,17 @@ impl<'a> Instruments<'a> {
         accuracy.iter().filter(|(error, _)| is_kept(**error)).map(|(error, value)| (*error, *value)).collect()
     }
 
-    /// Variance of a derivative that a flight with `more` times the information of the session will state, where its instruments have errors
-    /// `e` of these standard deviations, `S = diag(a^2)`, and its session states them. With `A` the information of that flight and `P` what it
-    /// knows beforehand, its errors are `e' = B A (e + noise)` with covariance `B = (A + P^-1)^-1`, so the expected mean square
-    /// `B + e' e''` is `B + B A S A B + B A B`: `S` where `P` is `S`, however long it flies. Where innovations scatter more than predicted,
+    /// Variance of a derivative that a flight will state: that of the errors `next` of its undisturbed motion, or one with `more` times the
+    /// information of the session and its slopes where there are none. Its instruments have errors `e` of these standard deviations,
+    /// `S = diag(a^2)`, and its session states them. With `A` the information of that flight and `P` what it knows beforehand, its errors are
+    /// `e' = B A (e + noise)` with covariance `B = (A + P^-1)^-1`, so the expected mean square `B + e' e''` is `B + B A S A B + B A B`: `S` where
+    /// `P` is `S`, however long it flies. Where innovations scatter more than predicted,
     /// the parts without `S` are larger by that.
-    pub fn variance(&self, derivative: &str, more: f64) -> f64 {
-        let PathErrors { kinds, found, slopes, controls, .. } = self.errors;
-        let constant = slopes.get(derivative).map_or(0.0, |slopes| {
+    pub fn variance(&self, derivative: &str, next: Option<&PathErrors>, more: f64) -> f64 {
+        let PathErrors { kinds, found, controls, .. } = self.errors;
+        let next = next.filter(|next| next.kinds == *kinds);
+        let flown = next.unwrap_or(self.errors);
+        let constant = flown.slopes.get(derivative).map_or(0.0, |slopes| {
             let slopes = DVector::from_column_slice(slopes);
             let of_kinds = |value: &dyn Fn(usize) -> f64| {
                 DMatrix::from_diagonal(&DVector::from_iterator(kinds.len(), (0..kinds.len()).map(value)))
@@ -62,7 +65,7 @@ impl<'a> Instruments<'a> {
                 false => kinds[k].prior_deviation(),
             };
             let instruments = of_kinds(&|k| accuracy(k).powi(2));
-            let information = more * &found.information;
+            let information = if next.is_some() { 1.0 } else { more } * &flown.found.information;
             let Some(factor) = (&information + of_kinds(&|k| prior(k).powi(-2))).cholesky() else { return 0.0 };
             // Of the estimates of that flight: B s and A B s.
             let known = factor.solve(&slopes);
@@ -72,12 +75,16 @@ impl<'a> Instruments<'a> {
             let scatter = if scatter > 1.0 { scatter } else { 1.0 };
             scatter * (slopes.dot(&known) + known.dot(&moved)) + moved.dot(&(instruments * &moved))
         });
+        let slope = |own: &ControlDelay| {
+            let same = flown.controls.iter().find(|other| other.surface == own.surface);
+            same.map_or(0.0, |same| same.slope(derivative))
+        };
         let control = controls.iter().map(|own| {
             let accuracy = self.accuracy.get(&instrument_error(own.surface)).copied().unwrap_or(0.0);
             let information = more * own.information;
             let variance = (information + PRIOR_DEVIATION_S.powi(-2)).recip();
             let taken = variance * information;
-            own.slope(derivative).powi(2) * (variance + taken * variance + (taken * accuracy).powi(2))
+            slope(own).powi(2) * (variance + taken * variance + (taken * accuracy).powi(2))
         });
         constant + control.sum::<f64>()
     }

@@ -320,7 +320,7 @@ fn hold_last(column: &Deviations) -> Arc<[f64]> {
 
 /// Measurements of filtered or smoothed states, a column each (thesis Eq. 3.8): positions and angles are states, ground velocity is
 /// airspeed turned to the local frame plus wind, airspeed and flow angles follow from the body components.
-pub(super) fn measurements_of<C: AsRef<[f64]>>(states: &[C; STATES]) -> [Vec<f64>; MEASUREMENTS] {
+pub(crate) fn measurements_of<C: AsRef<[f64]>>(states: &[C; STATES]) -> [Vec<f64>; MEASUREMENTS] {
     let state_values = |state: State| states[state as usize].as_ref();
     let at = |state: State, k: usize| state_values(state)[k];
     let body = |k: usize| [State::VelocityU, State::VelocityV, State::VelocityW].map(|state| at(state, k));
