@@ -261,7 +261,10 @@ fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
         ui.add_space(4.0);
     }
     if aircraft.tanks.is_empty() && aircraft.seats.is_empty() && aircraft.luggage.is_empty() {
-        ui.weak("The file of this aircraft states no tanks, seats or bays.");
+        // The column justifies its texts.
+        ui.with_layout(Layout::top_down(Align::Min), |ui| {
+            ui.weak("The file of this aircraft states no tanks, seats or bays.")
+        });
     }
 }
 
