@@ -11,6 +11,7 @@ use doublet_report::ReportFormat;
 use eframe::egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
+use crate::command::FileField;
 use crate::layouts::{Arranged, LayoutKey};
 use crate::notation::Units;
 use crate::pane::Pane;
@@ -203,6 +204,12 @@ pub struct UiState {
     /// An instruments file with what was fitted, to be written.
     #[serde(skip)]
     pub instruments: Option<String>,
+    /// Name and file text of an aircraft that was described, to be written.
+    #[serde(skip)]
+    pub described_aircraft: Option<(String, String)>,
+    /// What a dialog has chosen for a field of a panel, until the panel takes it.
+    #[serde(skip)]
+    pub picked: Option<(FileField, PathBuf)>,
     /// The annotation being written, and the one it takes the place of.
     #[serde(skip)]
     pub annotating: Option<(Annotation, Option<Annotation>)>,
@@ -241,6 +248,8 @@ impl Default for UiState {
             selection: Selection::default(),
             renaming: None,
             instruments: None,
+            described_aircraft: None,
+            picked: None,
             annotating: None,
             noting: None,
             at_s: None,

@@ -55,6 +55,9 @@ fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
         FileCommand::Save => app.save_then(None, ctx),
         FileCommand::SaveAs => app.ask(Asked::Save(None), ctx),
         FileCommand::SaveInstruments => app.ask(Asked::Instruments, ctx),
+        FileCommand::UseAircraft => app.ask(Asked::OtherAircraft, ctx),
+        FileCommand::SaveDescribedAircraft => app.ask(Asked::DescribedAircraft, ctx),
+        FileCommand::Browse(field) => app.ask(Asked::Field(field), ctx),
         FileCommand::SaveAircraft => app.ask(Asked::OwnAircraft, ctx),
         FileCommand::Export | FileCommand::ExportModel | FileCommand::Report if app.is_busy() => {
             app.complain("results are still being computed: write them after the run");
@@ -128,17 +131,18 @@ fn show_pane(app: &mut Workbench, pane: Pane) {
     app.state.show_pane(pane);
 }
 
-/// Chooses the window `by` places on, around the ends.
+/// Chooses the window `by` places on in the order of time, around the ends.
 fn step(app: &mut Workbench, by: isize) {
     let session = app.document.session().clone();
-    let count = session.windows.len();
+    let windows = panels::windows_by_time(&session);
+    let count = windows.len();
     if count == 0 {
         return;
     }
     let chosen = app.state.selection.window.as_deref();
-    let at = session.windows.iter().position(|window| Some(window.name.as_str()) == chosen).unwrap_or(0);
+    let at = windows.iter().position(|window| Some(window.name.as_str()) == chosen).unwrap_or(0);
     let next = (at + count).wrapping_add_signed(by) % count;
-    panels::choose(&mut app.state, &session, &session.windows[next].name);
+    panels::choose(&mut app.state, &session, &windows[next].name);
 }
 
 /// A manoeuvre between the markers.

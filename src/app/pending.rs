@@ -17,6 +17,7 @@ use eframe::egui::{self, ViewportCommand, vec2};
 
 use super::files::{FileQuestion, Purpose};
 use super::{Document, Workbench, public};
+use crate::command::FileField;
 use crate::widgets::figure::{self, FigureForm, FigureRequest};
 
 /// Longest name proposed for a file, characters.
@@ -70,6 +71,12 @@ pub enum Asked {
     Aircraft,
     /// To write an aircraft to it that was described.
     NewAircraft,
+    /// To use it as the aircraft of the session.
+    OtherAircraft,
+    /// To write the aircraft to it that was described for a session without one.
+    DescribedAircraft,
+    /// To put it into a field of a panel.
+    Field(FileField),
     /// To write the edited aircraft of the session to it.
     OwnAircraft,
     /// To write the instruments with what was fitted to it.
@@ -88,6 +95,20 @@ pub enum Asked {
     ExportModel,
     /// To read a recording of a flight from it that is no longer where it was: name of the flight, place of the recording.
     Missing(String, usize),
+}
+
+/// Title, purpose, endings and proposed name of the dialog of a field.
+fn question_of(field: FileField) -> (&'static str, Purpose, Vec<String>, String) {
+    let folder = |title, name: &str| (title, Purpose::Save, Vec::new(), name.to_owned());
+    let file = |title, endings| (title, Purpose::Open, endings, String::new());
+    match field {
+        FileField::Tests => file("A file of objective tests", vec!["toml".to_owned()]),
+        FileField::Guide => folder("Folder for the guide", "guide"),
+        FileField::Card => folder("Folder for card and files", "card"),
+        FileField::LiveSource => file("A recording or a growing file", recordings()),
+        FileField::LiveCampaign => file("A campaign file", vec!["toml".to_owned()]),
+        FileField::LiveRecord => folder("Folder for the recording", "recorded"),
+    }
 }
 
 /// A name in letters and digits for a file; `otherwise` where it has none.
@@ -169,7 +190,13 @@ impl Workbench {
             Asked::Recording(purpose) => ("A recording", *purpose, recordings(), String::new()),
             Asked::Beside => ("A recording of the same flight", Purpose::Several, recordings(), String::new()),
             Asked::Public => ("The files of the public recording", Purpose::Several, recordings(), String::new()),
-            Asked::Aircraft => ("An aircraft file", Purpose::Open, toml(), String::new()),
+            Asked::Aircraft | Asked::OtherAircraft => ("An aircraft file", Purpose::Open, toml(), String::new()),
+            Asked::DescribedAircraft => {
+                let described = self.state.described_aircraft.as_ref();
+                let name = file_stem(described.map_or("", |(name, _)| name), "aircraft");
+                ("Save the aircraft", Purpose::Save, toml(), format!("{name}.toml"))
+            }
+            Asked::Field(field) => question_of(*field),
             Asked::NewAircraft => {
                 let name = file_stem(self.described_aircraft().unwrap_or_default(), "aircraft");
                 ("Save the aircraft", Purpose::Save, toml(), format!("{name}.toml"))
@@ -255,6 +282,12 @@ impl Workbench {
             Some(Asked::Recording(_)) => self.begin_with(paths.to_vec(), ctx),
             Some(Asked::Aircraft) => self.begin_with_aircraft(path),
             Some(Asked::NewAircraft) => self.begin_with_new_aircraft(path),
+            Some(Asked::OtherAircraft) => {
+                let own = self.as_named(path);
+                self.apply(&Edit::Aircraft(AircraftEdit::Use(own)));
+            }
+            Some(Asked::DescribedAircraft) => self.save_described_aircraft(path),
+            Some(Asked::Field(field)) => self.state.picked = Some((field, path.to_path_buf())),
             Some(Asked::OwnAircraft) => self.save_aircraft(path),
             Some(Asked::Instruments) => self.save_instruments(path),
             Some(Asked::Save(after)) => self.save_to(path, after, ctx),
@@ -321,6 +354,18 @@ impl Workbench {
         let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
         if let Err(line) = aircraft::save(self.document.session(), &self.document.folder, &path) {
             return self.complain(line);
+        }
+        let own = self.as_named(&path);
+        self.apply(&Edit::Aircraft(AircraftEdit::Use(own)));
+        self.set_message(format!("Saved {}", path.display()));
+    }
+
+    /// Writes the aircraft that was described, which the session uses from then on: one step of undo.
+    fn save_described_aircraft(&mut self, path: &Path) {
+        let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
+        let Some((_, text)) = self.state.described_aircraft.take() else { return };
+        if let Err(error) = std::fs::write(&path, text) {
+            return self.complain(format!("{}: {error}", path.display()));
         }
         let own = self.as_named(&path);
         self.apply(&Edit::Aircraft(AircraftEdit::Use(own)));

@@ -5,5 +5,6 @@ pub mod ui_command;
 
 pub use palette::CommandPalette;
 pub use ui_command::{
-    CommandInfo, EditCommand, FileCommand, HelpCommand, MarkCommand, Menu, RunCommand, UiCommand, ViewCommand,
+    CommandInfo, EditCommand, FileCommand, FileField, HelpCommand, MarkCommand, Menu, RunCommand, UiCommand,
+    ViewCommand,
 };

@@ -37,6 +37,12 @@ pub enum FileCommand {
     Save,
     SaveAs,
     SaveAircraft,
+    /// Use an aircraft file in the session.
+    UseAircraft,
+    /// Write the aircraft that was described for a session without one, which uses it from then on.
+    SaveDescribedAircraft,
+    /// Ask for the file or folder of a field of a panel.
+    Browse(FileField),
     /// Write the instruments with what was fitted to a file, which the flight then uses.
     SaveInstruments,
     Export,
@@ -46,6 +52,24 @@ pub enum FileCommand {
     ExportModel,
     FindRecording,
     Quit,
+}
+
+/// The fields of panels that hold a file or a folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileField {
+    Tests,
+    Guide,
+    Card,
+    LiveSource,
+    LiveCampaign,
+    LiveRecord,
+}
+
+impl FileField {
+    doublet_core::variant_texts! {
+        pub name: Tests "file of tests", Guide "folder of the guide", Card "folder of the card", LiveSource "live source",
+            LiveCampaign "live campaign", LiveRecord "live record"
+    }
 }
 
 /// Commands on the session.
@@ -231,6 +255,7 @@ pub fn table() -> Vec<CommandInfo> {
         file("Open public recording…", FileCommand::OpenPublic, None),
         file("Save session", FileCommand::Save, ctrl(Key::S)),
         file("Save session as…", FileCommand::SaveAs, ctrl_shift(Key::S)),
+        file("Choose aircraft file…", FileCommand::UseAircraft, None),
         file("Save aircraft as…", FileCommand::SaveAircraft, None),
         file("Export results…", FileCommand::Export, ctrl(Key::E)),
         file("Write report…", FileCommand::Report, ctrl_shift(Key::E)),

@@ -106,6 +106,7 @@ fn candidates(ctx: &PanelContext<'_>, ui: &Ui, (frames, range): (&[Rect], TimeRa
     let open: Vec<&Manoeuvre> = open_candidates(ctx, range).take(MOST_CANDIDATES).collect();
     let asked = ctx.state.candidate_of(open.iter().copied());
     let (accent, weak) = (theme::palette(ui).accent, ui.visuals().weak_text_color());
+    let mut label = None;
     for candidate in &open {
         let is_asked = asked.is_some_and(|asked| std::ptr::eq(asked, *candidate));
         let color = if is_asked { accent } else { weak };
@@ -122,8 +123,12 @@ fn candidates(ctx: &PanelContext<'_>, ui: &Ui, (frames, range): (&[Rect], TimeRa
         }
         if is_asked && let Some(frame) = frames.first() {
             let left = x_at(*frame, range, candidate.window.start_s).max(frame.left());
-            draw_label(ui, *frame, left, 22.0, &format!("{}?  Y accept, N refuse", candidate.name));
+            label = Some((*frame, left, format!("{}?  Y accept, N refuse", candidate.name)));
         }
+    }
+    // After the edges of the others, which else run through its words.
+    if let Some((frame, left, text)) = label {
+        draw_label(ui, frame, left, LEGEND, &text);
     }
 }
 

@@ -29,7 +29,7 @@ use doublet_engine::stage::LoadedFlight;
 use doublet_engine::study::Study;
 use eframe::egui::{self, Color32, RichText, ScrollArea, Ui};
 
-use crate::command::{CommandInfo, FileCommand, RunCommand, UiCommand};
+use crate::command::{CommandInfo, FileCommand, FileField, RunCommand, UiCommand};
 use crate::notation;
 pub use crate::pane::Pane;
 use crate::theme::{self, Palette};
@@ -84,6 +84,9 @@ pub struct PanelContext<'a> {
     /// Figures to take away.
     pub figures: &'a mut Vec<FigureRequest>,
 }
+
+/// What a session without an aircraft gives.
+const NO_AIRCRAFT: &str = "No aircraft is chosen: only flight paths are computed.";
 
 /// Which part of time a stack shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -224,8 +227,17 @@ pub fn choose(state: &mut UiState, session: &Session, name: &str) {
 /// Selects the window `name` as a click with `modifiers` does everywhere: alone; with Ctrl beside those selected, or no more; with
 /// Shift all from the chosen one to it.
 pub fn select(state: &mut UiState, session: &Session, name: &str, modifiers: egui::Modifiers) {
-    let order: Vec<&str> = session.windows.iter().map(|window| window.name.as_str()).collect();
+    let windows = windows_by_time(session);
+    let order: Vec<&str> = windows.iter().map(|window| window.name.as_str()).collect();
     select_among(state, session, &order, name, modifiers);
+}
+
+/// Manoeuvres as they were flown: flights in the order of the session, manoeuvres of each by their start.
+pub fn windows_by_time(session: &Session) -> Vec<&Manoeuvre> {
+    let flight = |window: &Manoeuvre| session.flights.iter().position(|flight| flight.name == window.flight);
+    let mut windows: Vec<&Manoeuvre> = session.windows.iter().collect();
+    windows.sort_by(|a, b| flight(a).cmp(&flight(b)).then(a.window.start_s.total_cmp(&b.window.start_s)));
+    windows
 }
 
 /// The same where the windows are shown in another order, or only some of them.
@@ -290,6 +302,12 @@ fn awaiting(ctx: &PanelContext<'_>, ui: &mut Ui, what: &str, otherwise: &str) {
     if !snapshot.busy && snapshot.generation > 0 {
         return empty(ui, otherwise);
     }
+    waiting(ctx, ui, what);
+}
+
+/// Says in the middle of an empty panel how far the run is that brings `what`.
+fn waiting(ctx: &PanelContext<'_>, ui: &mut Ui, what: &str) {
+    let snapshot = ctx.snapshot;
     ui.vertical_centered(|ui| {
         ui.add_space((0.5 * ui.available_height() - 30.0).max(0.0));
         ui.weak(format!("Waiting for {what}"));
@@ -301,6 +319,21 @@ fn awaiting(ctx: &PanelContext<'_>, ui: &mut Ui, what: &str, otherwise: &str) {
         };
         ui.label(RichText::new(doing).size(11.0).weak());
     });
+}
+
+/// Why there is no estimate: no manoeuvre identifies, none has a flight path, or there is no aircraft.
+fn lacks_estimate(ctx: &PanelContext<'_>) -> String {
+    let mut used = ctx.session.windows.iter().filter(|window| window.role == WindowRole::Identification).peekable();
+    if used.peek().is_none() {
+        return "No identification manoeuvre.".to_owned();
+    }
+    let paths: Vec<_> = used.filter_map(|window| ctx.snapshot.windows.get(&window.name)).collect();
+    let has_path = paths.iter().any(|results| results.path.latest().is_some());
+    match paths.iter().find_map(|results| results.path.error()) {
+        Some(error) if !has_path => format!("No manoeuvre has a flight path: {error}."),
+        _ if ctx.session.aircraft.is_none() => NO_AIRCRAFT.to_owned(),
+        _ => "No estimate yet.".to_owned(),
+    }
 }
 
 /// Says in the middle of an empty panel why it is empty.
@@ -408,6 +441,18 @@ fn surfaces(ui: &mut Ui, chosen: &mut Vec<usize>, names: &[&str]) {
 fn text_field(ui: &mut Ui, name: &str, text: &mut String, hint: &str, width: f32) {
     let response = ui.add(egui::TextEdit::singleline(text).hint_text(hint).desired_width(width));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, name));
+}
+
+/// A button beside the field of a file or folder that asks for it by a dialog, and takes what was chosen there.
+fn browse(ctx: &mut PanelContext<'_>, ui: &mut Ui, field: FileField, text: &mut String) {
+    let button = ui.button("Browse…");
+    ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(format!("browse {}", field.name())));
+    if button.clicked() {
+        ctx.commands.push(UiCommand::File(FileCommand::Browse(field)));
+    }
+    if let Some((_, path)) = ctx.state.picked.take_if(|(picked, _)| *picked == field) {
+        *text = path.display().to_string();
+    }
 }
 
 /// A line of small weak text above a block of rows.

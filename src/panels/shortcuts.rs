@@ -30,26 +30,36 @@ const POINTER: [(&str, &str); 21] = [
     ("Ctrl++, Ctrl+-", "Larger and smaller text and controls, everywhere"),
 ];
 
-/// Least width of the panel with two columns, points.
-const WIDE: f32 = 1100.0;
+/// Least width of a column, points.
+const COLUMN: f32 = 550.0;
 
 pub struct Shortcuts;
 
 impl Panel for Shortcuts {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut egui::Ui) {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            if ui.available_width() < WIDE {
-                Menu::ALL.into_iter().for_each(|menu| commands(ctx, ui, menu));
-                return gestures(ui);
-            }
-            ui.columns(2, |columns| {
+            let count = match ui.available_width() / COLUMN {
+                fit if fit >= 4.0 => 4,
+                fit if fit >= 2.0 => 2,
+                _ => 1,
+            };
+            ui.columns(count, |columns| {
                 for menu in Menu::ALL {
-                    let column = usize::from(matches!(menu, Menu::View | Menu::Layout | Menu::Panels | Menu::Help));
-                    commands(ctx, &mut columns[column], menu);
+                    commands(ctx, &mut columns[column_of(menu) * count / 4], menu);
                 }
-                gestures(&mut columns[0]);
+                gestures(&mut columns[column_of(Menu::Mark) * count / 4]);
             });
         });
+    }
+}
+
+/// The column of a menu among four.
+fn column_of(menu: Menu) -> usize {
+    match menu {
+        Menu::File | Menu::Edit => 0,
+        Menu::Mark | Menu::Run => 1,
+        Menu::View | Menu::Layout | Menu::Help => 2,
+        Menu::Panels => 3,
     }
 }
 

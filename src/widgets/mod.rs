@@ -1,5 +1,6 @@
 //! Widgets drawn by hand: they show what they are given and report what the user did.
 
+pub mod aircraft_form;
 pub mod attitude_view;
 pub mod chart;
 pub mod csv_text;

@@ -476,8 +476,8 @@ fn draw_cursors<'a>(
             painter.text(pos2(x + 3.0, frame.bottom() - 2.0), Align2::LEFT_BOTTOM, name, small.clone(), color);
         }
     }
-    let mut left = frame.left() + 6.0;
-    let top = frame.top() + 4.0;
+    let [first_left, mut top] = [frame.left() + 6.0, frame.top() + 4.0];
+    let mut left = first_left;
     let mut named = None;
     for (column, trace) in plot.traces.iter().enumerate() {
         let points_per_s = f64::from(frame.width()) / range.length_s();
@@ -499,6 +499,10 @@ fn draw_cursors<'a>(
         // The value of the only curve of a plot needs no line to tell it from others.
         let line = if name.is_empty() && plot.traces.len() == 1 { 0.0 } else { 15.0 };
         let size = galley.size() + vec2(7.0 + line, 4.0);
+        // What the plot is too narrow for goes below.
+        if left > first_left && left + size.x > frame.right() {
+            (left, top) = (first_left, top + size.y + 1.0);
+        }
         let ground = Rect::from_min_size(pos2(left, top), size);
         painter.rect_filled(ground, CornerRadius::same(3), palette.plot_background.gamma_multiply(0.8));
         let y = ground.center().y;

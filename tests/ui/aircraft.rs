@@ -148,3 +148,37 @@ fn readings_of_the_scales_give_mass_and_centre_of_gravity() {
     assert!(bench.harness.query_by_label("1400.0 kg").is_some(), "the mass");
     assert!(bench.harness.query_by_label_contains("3.5000").is_some(), "its place along the aircraft");
 }
+
+#[test]
+fn a_session_without_an_aircraft_takes_a_file_or_a_described_one_each_in_one_step_of_undo() {
+    let mut bench = Bench::open_changed(|folder| {
+        let path = folder.join("session.toml");
+        let text = std::fs::read_to_string(&path).expect("it is written");
+        let without = text.replace("aircraft = \"aircraft.toml\"\n", "");
+        assert_ne!(text, without, "it had an aircraft");
+        std::fs::write(&path, without).expect("it can be written");
+    });
+    assert!(bench.session().aircraft.is_none() && bench.snapshot().pooled.latest().is_none());
+    bench.show(Pane::Correlation);
+    let says_why = |bench: &Bench<'_>| bench.harness.query_all_by_label_contains("No aircraft is chosen").count();
+    assert!(says_why(&bench) > 0);
+    bench.show(Pane::Loading);
+    bench.push("Choose an aircraft");
+    picture(&mut bench.harness, "airframe_none");
+    bench.push("Aircraft file…");
+    bench.choose("aircraft.toml");
+    bench.push("Open");
+    assert_eq!(bench.session().aircraft.as_deref(), Some("aircraft.toml"));
+    assert!(bench.cm().quality.r_squared > 0.99 && says_why(&bench) == 0);
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert!(bench.session().aircraft.is_none());
+    bench.push("Describe aircraft…");
+    bench.enter("name of the aircraft", "Glider 7");
+    bench.enter("Mass", "600");
+    picture(&mut bench.harness, "airframe_described");
+    bench.push("Save the aircraft…");
+    bench.push("Save");
+    assert_eq!(bench.session().aircraft.as_deref(), Some("Glider_7.toml"));
+    let mass_kg = loaded(&bench).properties.mass_kg;
+    assert!((mass_kg - 600.0).abs() < 1e-9, "{mass_kg}");
+}

@@ -3,7 +3,8 @@
 use doublet::app::Document;
 use doublet::command::{EditCommand, FileCommand, MarkCommand, UiCommand};
 use doublet::panels::Pane;
-use doublet_engine::session::{self, Manoeuvre};
+use doublet_core::series::TimeRange;
+use doublet_engine::session::{self, Edit, Manoeuvre, WindowEdit};
 use egui::vec2;
 use egui_kittest::kittest::{NodeT, Queryable};
 
@@ -124,4 +125,22 @@ fn the_shortcuts_name_the_way_to_exclude_without_alt() {
     bench.request(UiCommand::Mark(MarkCommand::Exclude));
     let text = bench.harness.state().message.as_ref().expect("it is said").text.clone();
     assert!(text.contains("keys A and B") && text.contains("press E"), "{text}");
+}
+
+#[test]
+fn a_manoeuvre_added_later_stands_where_it_was_flown_and_is_stepped_to_in_that_order() {
+    let mut bench = bench();
+    bench.show(Pane::Manoeuvres);
+    let first = bench.first();
+    let early = TimeRange { start_s: 0.25 * first.start_s, end_s: 0.75 * first.start_s };
+    let early = Manoeuvre::new("early".to_owned(), "flight".to_owned(), early);
+    bench.harness.state_mut().apply(&Edit::Window(WindowEdit::Add(early)));
+    bench.settle();
+    let names: Vec<&str> = bench.session().windows.iter().map(|window| window.name.as_str()).collect();
+    assert_eq!(names, ["first", "early"], "the session has them as they were added");
+    let [early, first] = ["early", "first"].map(|name| bench.harness.get_by_label(&format!("name of {name}")).rect());
+    assert!(early.bottom() <= first.top(), "{early:?} {first:?}");
+    bench.choose("name of early");
+    bench.request(UiCommand::Edit(EditCommand::NextWindow));
+    assert_eq!(bench.harness.state().state.selection.window.as_deref(), Some("first"));
 }

@@ -164,6 +164,14 @@ fn tests_that_come_with_the_program_are_offered_where_the_session_has_their_wind
     let judge = bench.harness.get_by_role_and_label(Role::Button, "Judge the tests");
     assert!(judge.accesskit_node().is_disabled());
     picture(&mut bench.harness, "qualification_empty");
+    // A file of one's own comes by the dialog.
+    let own = bench.folder.path().join("own_tests.toml");
+    std::fs::write(&own, "").expect("the folder can be written");
+    bench.push("browse file of tests");
+    bench.choose("own_tests.toml");
+    bench.push("Open");
+    let typed = bench.harness.get_by_label("file of tests").accesskit_node().value().expect("it holds a text");
+    assert_eq!(Path::new(&typed).canonicalize().ok(), own.canonicalize().ok());
 }
 
 #[test]

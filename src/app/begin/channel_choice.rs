@@ -9,15 +9,18 @@ const MANY: usize = 12;
 const NARROWING: f32 = 30.0;
 const HEIGHT: f32 = 320.0;
 
-/// Draws the list of the role called `key`; what was chosen in this frame, `Some(None)` for no channel.
+/// Draws the list of the role called `key`, of a deflection read from both sides with sign and channel of the other; what was chosen in this frame, `Some(None)` for no channel.
 pub(super) fn show(
     ui: &mut Ui,
     key: &str,
-    now: Option<&ChannelName>,
+    (now, other_side): (Option<&ChannelName>, Option<&str>),
     names: &[ChannelName],
     shown: impl Fn(&ChannelName) -> String,
 ) -> Option<Option<ChannelName>> {
-    let text = now.map_or_else(|| "–".to_owned(), &shown);
+    let text = match (now.map_or_else(|| "–".to_owned(), &shown), other_side) {
+        (own, Some(other)) => format!("½ ({own} {other})"),
+        (own, None) => own,
+    };
     let mut chosen = None;
     let combo = ComboBox::from_id_salt(("channel", key)).selected_text(&text).width(172.0).truncate().height(HEIGHT);
     let combo = combo.close_behavior(PopupCloseBehavior::CloseOnClickOutside).show_ui(ui, |ui| {

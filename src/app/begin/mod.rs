@@ -1,6 +1,5 @@
 //! A new session from a recording: looked at in the background, its channels given roles, an aircraft chosen, then made.
 
-mod aircraft;
 mod channel_choice;
 mod page;
 mod physics;
@@ -23,7 +22,7 @@ use eframe::egui;
 
 use super::{Asked, Document, Workbench};
 use crate::notation;
-use aircraft::AircraftForm;
+use crate::widgets::aircraft_form::AircraftForm;
 use page::{Answer, Page, missing_roles};
 use physics::Comparison;
 

@@ -269,7 +269,7 @@ fn open_questions(choosing: &mut Choosing, ui: &mut Ui) {
             confirmed.clone_from(&units);
         }
     });
-    Grid::new("open questions").num_columns(3).spacing([8.0, 3.0]).show(ui, |ui| {
+    Grid::new("open questions").num_columns(3).min_col_width(0.0).spacing([8.0, 3.0]).show(ui, |ui| {
         for question in choosing.questions() {
             level_mark(ui, Some(if question.must_be_answered { Level::Bad } else { Level::Caution }));
             if let Some((role, unit)) = choosing.open_unit(question) {
@@ -286,7 +286,7 @@ fn open_questions(choosing: &mut Choosing, ui: &mut Ui) {
                 }
                 _ => question.text(),
             };
-            ui.add(Label::new(text).wrap());
+            ui.add(Label::new(notation::typeset(&text, 13.0)).wrap());
             ui.end_row();
         }
     });

@@ -12,13 +12,13 @@ use doublet_engine::run::{Control, Job};
 use doublet_engine::session::ClockSetting;
 use doublet_engine::stage::{FlightPhysics, PhysicsRow};
 use doublet_engine::verdict::Level;
-use eframe::egui::{self, Label, RichText, Sense, Spinner, Ui, vec2};
+use eframe::egui::{self, Label, Sense, Spinner, Ui, vec2};
 
 use super::{Choice, Choosing};
-use crate::theme;
 use crate::widgets::curves;
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::sparkline::Sparkline;
+use crate::{notation, theme};
 
 /// Width and points of the shape of a channel.
 const SHAPE: f32 = 84.0;
@@ -198,8 +198,9 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
 /// What is wrong in a few words, with its figures and its fix.
 fn draw_finding(ui: &mut Ui, row: &PhysicsRow) {
     ui.spacing_mut().item_spacing.y = 1.0;
-    ui.add(Label::new(RichText::new(row.headline.to_string()).strong()).wrap());
+    let (ink, weak) = (ui.visuals().strong_text_color(), ui.visuals().weak_text_color());
+    ui.add(Label::new(notation::typeset_in(&row.headline.to_string(), 13.0, ink)).wrap());
     let more =
         if row.fix_text.is_empty() { row.evidence.clone() } else { format!("{}; {}", row.evidence, row.fix_text) };
-    ui.add(Label::new(RichText::new(more).size(11.0).weak()).wrap());
+    ui.add(Label::new(notation::typeset_in(&more, 11.0, weak)).wrap());
 }

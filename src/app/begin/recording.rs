@@ -8,11 +8,11 @@ use doublet_engine::builtin;
 use doublet_engine::verdict::Level;
 use eframe::egui::{CollapsingHeader, ComboBox, Grid, Id, Label, RichText, ScrollArea, TextEdit, Ui};
 
-use super::aircraft::AircraftForm;
 use super::page::Answer;
 use super::{AircraftChoice, Choosing};
 use crate::notation::{self, plural};
 use crate::theme;
+use crate::widgets::aircraft_form::{AircraftForm, shipped_name, stated_name};
 use crate::widgets::level_mark::level_mark;
 
 /// Sources listed.
@@ -213,7 +213,7 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
         }
         AircraftChoice::Of(reference) => {
             let shown = match reference.strip_prefix(builtin::PREFIX) {
-                Some(name) => own_name(name).to_owned(),
+                Some(name) => shipped_name(name).to_owned(),
                 None => name_in_file(ui, Path::new(reference)),
             };
             (RichText::new(shown), reference.clone())
@@ -224,7 +224,7 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
         ui.selectable_value(&mut choosing.aircraft, AircraftChoice::Without, WITHOUT);
         for name in builtin::aircraft() {
             let choice = AircraftChoice::Of(format!("{}{name}", builtin::PREFIX));
-            ui.selectable_value(&mut choosing.aircraft, choice, own_name(name));
+            ui.selectable_value(&mut choosing.aircraft, choice, shipped_name(name));
         }
     });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("aircraft"));
@@ -245,11 +245,6 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
     answer
 }
 
-/// What the file of a built-in aircraft calls it.
-fn own_name(file: &str) -> &str {
-    builtin::text("aircraft", file).and_then(stated_name).unwrap_or(file)
-}
-
 /// What an aircraft's own file calls it, read once for each version; the name of the file where it states none.
 fn name_in_file(ui: &Ui, path: &Path) -> String {
     let changed = std::fs::metadata(path).and_then(|file| file.modified()).ok();
@@ -261,9 +256,4 @@ fn read_name(path: &Path) -> String {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     let otherwise = || path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     stated_name(&text).map_or_else(otherwise, str::to_owned)
-}
-
-/// The name that the text of an aircraft file states.
-fn stated_name(text: &str) -> Option<&str> {
-    text.lines().find_map(|line| line.strip_prefix("name = \"")?.strip_suffix('"'))
 }

@@ -218,7 +218,10 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
     };
     let key = role.name();
     let now = choosing.hand.row(role).map(|row| row.from.clone());
-    let chosen = channel_choice::show(ui, key, now.as_ref(), names, shown).filter(|chosen| *chosen != now);
+    let other_side = choosing.hand.row(role).and_then(|row| row.other_side.as_ref());
+    let other_side = other_side.map(|other| format!("{} {}", if other.sign < 0.0 { "−" } else { "+" }, other.channel));
+    let chosen = channel_choice::show(ui, key, (now.as_ref(), other_side.as_deref()), names, shown)
+        .filter(|chosen| *chosen != now);
     if let Some(chosen) = chosen {
         let row = chosen.map(|from| guess_row(&choosing.inspected.probes, role, &from));
         choosing.hand.set(role, row);
@@ -268,7 +271,7 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
 /// A text of at most that width; all of it, or more, under the pointer.
 fn cell(ui: &mut Ui, width: f32, text: RichText, about: &str) {
     ui.scope(|ui| {
-        ui.set_max_width(width);
+        ui.set_width(width);
         ui.add(egui::Label::new(text).truncate()).on_hover_text(about);
     });
 }

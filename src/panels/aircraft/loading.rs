@@ -11,9 +11,11 @@ use doublet_engine::stage::{FlownMass, PooledFits, loading_on_board};
 use eframe::egui::{self, Align, Grid, Id, Layout, RichText, ScrollArea, Slider, Ui, UiBuilder};
 use egui_extras::Column;
 
+use crate::command::{UiCommand, ViewCommand};
 use crate::panels::results::intervals::estimate;
 use crate::panels::{
-    EditRequest, Panel, PanelContext, awaiting, caption, choices, dim_if, is_window_constant, role_color, trouble,
+    EditRequest, NO_AIRCRAFT, Pane, Panel, PanelContext, awaiting, caption, choices, dim_if, is_window_constant,
+    lacks_estimate, offer, role_color, trouble,
 };
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::grid::figures_grid;
@@ -57,11 +59,13 @@ impl Panel for LoadingPanel {
         let snapshot = ctx.snapshot;
         trouble(ui, snapshot.aircraft.error());
         let (Some(read), Some(loaded)) = (snapshot.aircraft.latest(), snapshot.loaded.latest()) else {
-            let why = match ctx.session.aircraft {
-                Some(_) => "The aircraft could not be read.",
-                None => "No aircraft is chosen: only flight paths are computed.",
-            };
-            return awaiting(ctx, ui, "the aircraft", why);
+            if ctx.session.aircraft.is_none() {
+                if offer(ui, NO_AIRCRAFT, "Choose an aircraft") {
+                    ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Airframe)));
+                }
+                return;
+            }
+            return awaiting(ctx, ui, "the aircraft", "The aircraft could not be read.");
         };
         let aircraft = &read.aircraft;
         self.remember(ctx);
@@ -113,7 +117,7 @@ impl LoadingPanel {
     /// Every derivative before and after the loading was changed.
     fn changes(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let (Some((mass, before)), Some(now)) = (&self.before, ctx.snapshot.pooled.latest()) else {
-            return awaiting(ctx, ui, "the derivatives", "No estimate yet.");
+            return awaiting(ctx, ui, "the derivatives", &lacks_estimate(ctx));
         };
         let changed = *mass != settings(ctx);
         let again = ui.horizontal_wrapped(|ui| {
@@ -257,7 +261,10 @@ fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
         ui.add_space(4.0);
     }
     if aircraft.tanks.is_empty() && aircraft.seats.is_empty() && aircraft.luggage.is_empty() {
-        ui.weak("The file of this aircraft states no tanks, seats or bays.");
+        // The column justifies its texts.
+        ui.with_layout(Layout::top_down(Align::Min), |ui| {
+            ui.weak("The file of this aircraft states no tanks, seats or bays.")
+        });
     }
 }
 

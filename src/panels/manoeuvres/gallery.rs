@@ -5,15 +5,17 @@ use eframe::egui::{self, Align2, FontId, Rect, RichText, Role, ScrollArea, Sense
 
 use crate::panels::manoeuvres::proposals::{curve, hatch_excluded, picture_menu, roles};
 use crate::panels::recording::overlay::Overlay;
-use crate::panels::{Panel, PanelContext, empty, role_color, select};
+use crate::panels::{Panel, PanelContext, empty, role_color, select, windows_by_time};
 use crate::widgets::level_mark;
 use crate::{notation, theme};
 
-/// Least width of a picture and its height over its width.
+/// Least and largest width of a picture, and its height over its width.
 const LEAST_WIDTH: f32 = 170.0;
+const LARGEST_WIDTH: f32 = 420.0;
 const SHAPE: f32 = 0.55;
-/// Room between two.
+/// Room between two, and for the scroll bar.
 const GAP: f32 = 6.0;
+const SCROLL_BAR: f32 = 12.0;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Shown {
@@ -50,15 +52,11 @@ impl Panel for Gallery {
         if !self.over {
             ui.weak("Blue: control, orange: response.");
         }
-        let session = ctx.session;
-        let shown: Vec<&Manoeuvre> = session
-            .windows
-            .iter()
-            .filter(|window| match self.shown {
-                Shown::All => true,
-                Shown::Of(surface) => window.surface == Some(surface),
-            })
-            .collect();
+        let mut shown = windows_by_time(ctx.session);
+        shown.retain(|window| match self.shown {
+            Shown::All => true,
+            Shown::Of(surface) => window.surface == Some(surface),
+        });
         if shown.is_empty() {
             return empty(ui, "No manoeuvre: draw one above the plots of the flight.");
         }
@@ -66,15 +64,23 @@ impl Panel for Gallery {
             return self.overlay.show(ctx, ui, &shown);
         }
         let longest_s = shown.iter().map(|window| window.window.length_s()).fold(0.0, f64::max);
+        let width = picture_width(ui.available_size() - vec2(SCROLL_BAR, 0.0), shown.len());
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            let columns = ((ui.available_width() + GAP) / (LEAST_WIDTH + GAP)).floor().max(1.0);
-            let width = (ui.available_width() - 12.0 + GAP) / columns - GAP;
             ui.horizontal_wrapped(|ui| {
                 ui.spacing_mut().item_spacing = vec2(GAP, GAP);
                 shown.iter().for_each(|window| picture(ctx, ui, window, (width, longest_s)));
             });
         });
     }
+}
+
+/// The largest width with which `count` pictures fit `room`; as narrow as they may be where they need scrolling.
+fn picture_width(room: egui::Vec2, count: usize) -> f32 {
+    let width = |columns: usize| (room.x + GAP) / columns as f32 - GAP;
+    let fewest = ((room.x + GAP) / (LARGEST_WIDTH + GAP)).ceil().max(1.0) as usize;
+    let most = ((room.x + GAP) / (LEAST_WIDTH + GAP)).floor().max(1.0) as usize;
+    let fit = |columns: &usize| count.div_ceil(*columns) as f32 * (SHAPE * width(*columns) + GAP) <= room.y;
+    width((fewest..=most).find(fit).unwrap_or(most))
 }
 
 /// Input and response of one window; `longest_s` is as wide as the picture.
@@ -120,5 +126,28 @@ fn picture(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre, (width, 
     if response.clicked() {
         let modifiers = ui.input(|input| input.modifiers);
         select(ctx.state, ctx.session, &window.name, modifiers);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_use_the_room_there_is() {
+        let needed = |width: f32, room: egui::Vec2, count: usize| {
+            let columns = ((room.x + GAP) / (width + GAP)).round();
+            (count as f32 / columns).ceil() * (SHAPE * width + GAP)
+        };
+        for (room, count) in [(vec2(1900.0, 1300.0), 35), (vec2(900.0, 800.0), 12)] {
+            let width = picture_width(room, count);
+            assert!((LEAST_WIDTH..=LARGEST_WIDTH).contains(&width) && needed(width, room, count) <= room.y, "{width}");
+        }
+        assert!(picture_width(vec2(1900.0, 1300.0), 35) > 1.5 * LEAST_WIDTH);
+        // More than fit are scrolled, each at least as wide as it may be.
+        let width = picture_width(vec2(600.0, 500.0), 35);
+        assert!(width >= LEAST_WIDTH && needed(width, vec2(600.0, 500.0), 35) > 500.0);
+        // A panel narrower than a picture has one in a row.
+        assert_eq!(picture_width(vec2(100.0, 500.0), 3), 100.0);
     }
 }

@@ -168,7 +168,7 @@ impl ManoeuvreMap {
     fn choices(&mut self, ui: &mut Ui, rows: &Rows) {
         ui.horizontal_wrapped(|ui| {
             let [across, up] = &mut self.axes;
-            for (name, quantity) in [("Across", across), ("Up", up)] {
+            for (name, quantity) in [("x axis", across), ("y axis", up)] {
                 ui.label(name);
                 let combo =
                     ComboBox::from_id_salt(("map", name)).selected_text(quantity.title()).width(CHOICE).truncate();

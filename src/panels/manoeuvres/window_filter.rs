@@ -6,14 +6,15 @@ use doublet_engine::session::{Manoeuvre, WindowRole};
 use doublet_engine::verdict::Level;
 use eframe::egui::{ComboBox, Response, Sense, TextEdit, Ui};
 
-use crate::panels::PanelContext;
+use crate::panels::{PanelContext, windows_by_time};
 use crate::widgets::term::column_title_called;
 
 /// What the table is ordered by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Order {
+    /// Flights as the session has them, manoeuvres of each by their start.
     #[default]
-    Session,
+    Time,
     /// Names, by letters.
     Name,
     Start,
@@ -46,8 +47,8 @@ impl WindowFilter {
     /// The windows it lets through, in its order.
     pub fn windows<'a>(&self, ctx: &PanelContext<'a>) -> Vec<&'a Manoeuvre> {
         let words = self.words.to_lowercase();
-        let all = ctx.session.windows.iter();
-        let mut windows: Vec<&Manoeuvre> = all.filter(|window| self.holds(ctx, &words, window)).collect();
+        let mut windows = windows_by_time(ctx.session);
+        windows.retain(|window| self.holds(ctx, &words, window));
         windows.sort_by(|a, b| self.compare(ctx, a, b));
         if self.reversed {
             windows.reverse();
@@ -66,7 +67,7 @@ impl WindowFilter {
 
     fn compare(&self, ctx: &PanelContext<'_>, a: &Manoeuvre, b: &Manoeuvre) -> Ordering {
         match self.order {
-            Order::Session => Ordering::Equal,
+            Order::Time => Ordering::Equal,
             Order::Name => a.name.to_lowercase().cmp(&b.name.to_lowercase()),
             Order::Start => a.flight.cmp(&b.flight).then(a.window.start_s.total_cmp(&b.window.start_s)),
             Order::End => a.flight.cmp(&b.flight).then(a.window.end_s.total_cmp(&b.window.end_s)),
@@ -96,7 +97,7 @@ impl WindowFilter {
         choice(ui, ("verdict", "any verdict"), &mut self.level, levels);
         let worst = ui.selectable_label(self.order == Order::Verdict, "worst first");
         if worst.on_hover_text("Sort by verdict").clicked() {
-            self.order = if self.order == Order::Verdict { Order::Session } else { Order::Verdict };
+            self.order = if self.order == Order::Verdict { Order::Time } else { Order::Verdict };
             self.reversed = false;
         }
         if self.is_set() && ui.small_button("✖").on_hover_text("Show all manoeuvres").clicked() {
@@ -115,7 +116,7 @@ impl WindowFilter {
         if label.clicked() {
             (self.order, self.reversed) = match (self.order == order, self.reversed) {
                 (true, false) => (order, true),
-                (true, true) => (Order::Session, false),
+                (true, true) => (Order::Time, false),
                 (false, _) => (order, false),
             };
         }

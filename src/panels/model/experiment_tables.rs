@@ -15,6 +15,9 @@ use crate::{notation, theme};
 const TITLES: [&str; 6] = ["derivative", "first", "first_error", "second", "second_error", "difference"];
 /// Opacity of a difference of nothing.
 const SAME: f32 = 0.35;
+/// Width left to the names of settings, and the least of a value, points.
+const SETTING: f32 = 150.0;
+const LEAST_VALUE: f32 = 120.0;
 
 /// What differs between two rows.
 #[derive(Default)]
@@ -39,6 +42,7 @@ impl Differences {
             ui.label(format!("{first} and {second} have the same settings."));
             return;
         }
+        let column = (0.5 * (ui.available_width() - SETTING)).max(LEAST_VALUE);
         Grid::new("settings that differ").num_columns(3).striped(true).show(ui, |ui| {
             for title in ["Setting", first, second] {
                 ui.label(notation::typeset_in(title, 11.0, ui.visuals().weak_text_color()));
@@ -48,7 +52,7 @@ impl Differences {
                 ui.add(Label::new(notation::typeset(&setting_words(&difference.setting), 13.0)).extend());
                 for value in [&difference.first, &difference.second] {
                     let text = value_words(difference, value.as_deref());
-                    ui.add(Label::new(notation::typeset(&text, 13.0)).wrap());
+                    value_cell(ui, column, &text);
                 }
                 ui.end_row();
             }
@@ -59,6 +63,16 @@ impl Differences {
             derivatives(ui, [first, second], [both.0, both.1]);
         }
     }
+}
+
+/// A value as wide as it is, wrapped where its column is narrower.
+fn value_cell(ui: &mut Ui, column: f32, text: &str) {
+    let job = notation::typeset(text, 13.0);
+    let width = ui.painter().layout_job(job.clone()).size().x.ceil();
+    ui.scope(|ui| {
+        ui.set_width(width.min(column));
+        ui.add(Label::new(job).wrap());
+    });
 }
 
 /// The configuration of a row.

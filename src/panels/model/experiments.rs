@@ -14,7 +14,7 @@ use egui_extras::{Column, TableBuilder, TableRow};
 use crate::panels::model::experiment_intervals::{Axis, interval};
 use crate::panels::model::experiment_tables::{Differences, scores_csv};
 use crate::panels::model::terms::PRESETS;
-use crate::panels::{EditRequest, Panel, PanelContext, choices, overlaid};
+use crate::panels::{EditRequest, Panel, PanelContext, choices, empty, lacks_estimate, overlaid, waiting};
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::term::{column_title, column_title_called};
 use crate::{notation, theme};
@@ -42,6 +42,8 @@ const ROW: f32 = 20.0;
 const HEADER: f32 = 36.0;
 /// Part of the height that the table has at most where something is compared below it.
 const TABLE_PART: f32 = 0.6;
+/// What the mark of the current experiment means.
+const CURRENT: &str = "The session has this configuration";
 /// Opacity of what is out of date, and of intervals of rows that are not chosen while others are.
 const STALE: f32 = 0.5;
 const FAINT: f32 = 0.3;
@@ -80,7 +82,12 @@ impl Panel for Experiments {
         let rows = &ctx.snapshot.inquiries.experiments;
         let coefficients = coefficients(rows.0.iter().filter_map(|(_, slot)| slot.latest()).map(AsRef::as_ref));
         let Some(&first) = coefficients.first() else {
-            return crate::panels::awaiting(ctx, ui, "the experiments", "No experiment has derivatives.");
+            let is_computed =
+                |(_, slot): &(String, Slot<ExperimentRow>)| slot.latest().is_some() || slot.error().is_some();
+            if rows.0.is_empty() || !rows.0.iter().all(is_computed) {
+                return waiting(ctx, ui, "the experiments");
+            }
+            return empty(ui, &lacks_estimate(ctx));
         };
         let mut coefficient = self.coefficient.filter(|name| coefficients.contains(name)).unwrap_or(first);
         let all: Vec<_> = coefficients.iter().map(|name| (*name, *name)).collect();
@@ -495,9 +502,12 @@ fn cells(
             let (dot, _) = ui.allocate_exact_size(egui::vec2(10.0, 10.0), egui::Sense::hover());
             ui.painter().circle_filled(dot.center(), 4.0, color(ui, index));
             let is_current = index > 0 && latest.is_some_and(|row| row.is_current);
-            let text = if is_current { format!("{name} (current)") } else { name.to_owned() };
+            // Its mark stands before the name: a long name is cut at its end.
+            let text = if is_current { format!("✓ {name}") } else { name.to_owned() };
             let label = ui.add(Label::new(notation::typeset(&text, 13.0)).truncate().selectable(false));
-            ui.ctx().accesskit_node_builder(label.id, |node| node.set_value(text.as_str()));
+            let value = if is_current { format!("{name} (current)") } else { name.to_owned() };
+            ui.ctx().accesskit_node_builder(label.id, |node| node.set_value(value));
+            let label = if is_current { label.on_hover_text(CURRENT) } else { label };
             if let Some(error) = slot.error() {
                 label.on_hover_text(error);
             }

@@ -9,7 +9,7 @@ use egui_extras::Column;
 
 use crate::panels::model::{misfit, residuals};
 use crate::panels::overlaid::Overlaid;
-use crate::panels::{Panel, PanelContext, View, awaiting, choices, dim_if, empty, role_color, trouble};
+use crate::panels::{Panel, PanelContext, View, awaiting, choices, dim_if, empty, lacks_estimate, role_color, trouble};
 use crate::widgets::grid::texts_grid;
 use crate::widgets::heat_strip::{self, HeatStrips};
 use crate::widgets::term::column_titles;
@@ -257,7 +257,7 @@ fn draw_fit_error(fit: &CoefficientFit, ui: &mut Ui) {
 fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let palette = theme::palette(ui);
     let figures = theme::figures(ui);
-    let Some(pooled) = ctx.snapshot.pooled.latest() else { return empty(ui, "No identification manoeuvre.") };
+    let Some(pooled) = ctx.snapshot.pooled.latest() else { return empty(ui, &lacks_estimate(ctx)) };
     dim_if(ui, ctx.snapshot.pooled.is_stale());
     texts_grid(ui, "predictions")
         .column(Column::remainder().at_least(120.0).clip(true))

@@ -5,7 +5,7 @@ use doublet_engine::stage::{ProofOfMatch, WindowReplay};
 use eframe::egui::{self, RichText, Ui};
 use egui_extras::Column;
 
-use crate::panels::{Panel, PanelContext, View, choices, dim_if, empty, trouble};
+use crate::panels::{Panel, PanelContext, View, awaiting, choices, dim_if, empty, lacks_estimate, trouble};
 use crate::widgets::grid::texts_grid;
 use crate::widgets::term::column_titles;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
@@ -38,7 +38,7 @@ impl Panel for Match {
         let slot = &ctx.snapshot.proof;
         trouble(ui, slot.error());
         let stale = slot.is_stale();
-        let Some(proof) = slot.latest() else { return empty(ui, "No simulation yet.") };
+        let Some(proof) = slot.latest() else { return awaiting(ctx, ui, "the simulation", &lacks_estimate(ctx)) };
         if self.aspect == Aspect::Tests {
             return tests(ctx, proof, stale, ui);
         }

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Statistics, TimeRange};
 use doublet_core::statistics::sample_rate_hz;
+use doublet_engine::begin::{self, Missing};
 use doublet_engine::stage::{LoadedFlight, PhysicsRow};
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, Align, Label, Layout, Panel as Bar, RichText, ScrollArea, Sense, TextStyle, Ui, vec2};
 use egui_extras::{Column, TableRow};
 
-use crate::panels::{Panel, PanelContext, chosen_flight, trouble};
+use crate::command::{UiCommand, ViewCommand};
+use crate::panels::{Pane, Panel, PanelContext, chosen_flight, trouble};
 use crate::widgets::curves;
 use crate::widgets::grid::texts_grid;
 use crate::widgets::level_mark::{channel_legend, channel_words, level_mark};
@@ -28,6 +30,10 @@ const POINTS: usize = 64;
 /// Part of the height that the comparison has where something contradicts, and where nothing does.
 const COMPARED: f32 = 0.4;
 const AGREED: f32 = 54.0;
+/// Height of a line on what is missing.
+const LACK: f32 = 20.0;
+/// What the button of a fix does.
+const FIX: &str = "Summary applies the fix and shows the verdict before and after";
 
 /// One channel as the table shows it.
 struct Row {
@@ -60,9 +66,14 @@ impl Panel for Channels {
         trouble(ui, physics.and_then(|slot| slot.error()));
         let found = physics.and_then(|slot| slot.latest()).cloned();
         let contradictions: Vec<&PhysicsRow> = found.iter().flat_map(|found| found.contradictions()).collect();
-        let height = if contradictions.is_empty() { AGREED } else { COMPARED * ui.available_height() };
+        let lacks = lacks(&loaded.recording);
+        let height = if contradictions.is_empty() {
+            AGREED + LACK * lacks.len() as f32
+        } else {
+            COMPARED * ui.available_height()
+        };
         Bar::bottom("channels compared").default_size(height).resizable(!contradictions.is_empty()).show(ui, |ui| {
-            compared(ui, found.is_some(), &contradictions);
+            compared(ctx, ui, &lacks, (found.is_some(), &contradictions));
         });
         let level = |role: Role| {
             let rows = found.as_ref()?.rows.iter().filter(|row| row.channel == role.name());
@@ -184,10 +195,26 @@ impl Row {
     }
 }
 
-/// What contradicts, with the curves over each other.
-fn compared(ui: &mut Ui, is_compared: bool, contradictions: &[&PhysicsRow]) {
+/// Roles that the results need and no channel has.
+fn lacks(recording: &Recording) -> Vec<Missing> {
+    let missing = begin::missing(|role| recording.role(role).is_some());
+    missing.into_iter().filter(|lack| lack.level > Level::Good).collect()
+}
+
+/// What is missing and what contradicts, with the curves over each other.
+fn compared(
+    ctx: &mut PanelContext<'_>,
+    ui: &mut Ui,
+    lacks: &[Missing],
+    (is_compared, contradictions): (bool, &[&PhysicsRow]),
+) {
     ui.add_space(4.0);
     channel_legend(ui);
+    for lack in lacks {
+        let names: Vec<_> = lack.roles.iter().map(|role| notation::role(*role)).collect();
+        let text = RichText::new(format!("{} {}", lack.means, names.join("  ")));
+        ui.add(Label::new(text.color(theme::palette(ui).of_level(lack.level))).truncate());
+    }
     if contradictions.is_empty() {
         ui.weak(if is_compared { "All channels are consistent." } else { "Comparing channels…" });
         return;
@@ -200,13 +227,17 @@ fn compared(ui: &mut Ui, is_compared: bool, contradictions: &[&PhysicsRow]) {
                 ui.vertical(|ui| {
                     ui.set_width(ui.available_width() - curves.map_or(0.0, |_| curves::WIDTH));
                     ui.spacing_mut().item_spacing.y = 1.0;
-                    ui.add(Label::new(RichText::new(row.headline.to_string()).strong()).wrap());
+                    let ink = ui.visuals().strong_text_color();
+                    ui.add(Label::new(notation::typeset_in(&row.headline.to_string(), 13.0, ink)).wrap());
                     let more = if row.fix_text.is_empty() {
                         row.evidence.clone()
                     } else {
                         format!("{}; {}", row.evidence, row.fix_text)
                     };
-                    ui.add(Label::new(RichText::new(more).size(11.0).weak()).wrap());
+                    ui.add(Label::new(notation::typeset_in(&more, 11.0, ui.visuals().weak_text_color())).wrap());
+                    if row.change.is_some() && ui.small_button("Fix in Summary").on_hover_text(FIX).clicked() {
+                        ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Summary)));
+                    }
                 });
                 if let Some(curves) = curves {
                     ui.push_id(at, |ui| curves::show(ui, &row.channel, curves));

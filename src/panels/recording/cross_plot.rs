@@ -29,7 +29,7 @@ impl Panel for CrossPlot {
             return empty(ui, "The recording needs two channels with roles.");
         };
         ui.horizontal_wrapped(|ui| {
-            for (name, key) in ["along", "up"].into_iter().zip(&mut chosen) {
+            for (name, key) in ["x axis", "y axis"].into_iter().zip(&mut chosen) {
                 ui.label(name);
                 channel_choice(ui, recording, name, key);
             }

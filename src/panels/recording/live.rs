@@ -8,9 +8,10 @@ use doublet_core::quantity::Role;
 use doublet_engine::live::{Feed, Limit, LimitReading, LineFormat, LiveDerivative, LiveUpdate, Opening};
 use doublet_engine::run::{LiveOrder, LiveThread, LiveView};
 use doublet_engine::verdict::Level;
-use eframe::egui::{self, CollapsingHeader, Label, ScrollArea, Ui, WidgetText};
+use eframe::egui::{self, CollapsingHeader, Label, RichText, ScrollArea, Ui, WidgetText};
 
-use crate::panels::{Panel, PanelContext, empty, text_field, trouble};
+use crate::command::FileField;
+use crate::panels::{Panel, PanelContext, browse, empty, text_field, trouble};
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::level_mark::level_mark;
 use crate::{notation, theme};
@@ -73,7 +74,7 @@ impl Panel for Live {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let view = self.thread.as_ref().map(LiveThread::view);
         let runs = view.as_ref().is_some_and(|view| !view.is_finished);
-        ui.add_enabled_ui(!runs, |ui| self.source(ui));
+        ui.add_enabled_ui(!runs, |ui| self.source(ctx, ui));
         ui.horizontal(|ui| {
             if runs {
                 if ui.button("Stop").on_hover_text("Stop; the recorded data become a session").clicked()
@@ -108,7 +109,7 @@ impl Panel for Live {
 
 impl Live {
     /// Where the flight comes from.
-    fn source(&mut self, ui: &mut Ui) {
+    fn source(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ui.horizontal_wrapped(|ui| {
             let all = [
                 (From::Session, "Session", "Replay the first flight of the session"),
@@ -125,19 +126,24 @@ impl Live {
                     _ => ("Address", "127.0.0.1:9000"),
                 };
                 named_field(ui, (name, "Live source"), &mut self.place, hint, 220.0);
+                if self.from == From::File {
+                    browse(ctx, ui, FileField::LiveSource, &mut self.place);
+                }
                 if self.is_by_udp() {
                     named_field(ui, ("Sender", "Live sender"), &mut self.sender, "any, or 192.168.1.10", 150.0);
                 }
                 named_field(ui, ("Channel map", "Live channel map"), &mut self.map, "best fitting", 140.0);
             }
             if matches!(self.from, From::Session | From::File) {
-                ui.add(egui::DragValue::new(&mut self.speed).range(0.1..=1000.0).prefix("× ").speed(0.1))
+                ui.add(egui::DragValue::new(&mut self.speed).range(0.1..=1000.0).prefix("speed × ").speed(0.1))
                     .on_hover_text("Times real time");
             }
             let hint = "alpha < 14 deg, 0.2 < n_z < 3.5";
             named_field(ui, ("Limits", "Live limits"), &mut self.limits, hint, 220.0);
             named_field(ui, ("Campaign", "Live campaign"), &mut self.campaign, "file with its limits", 140.0);
+            browse(ctx, ui, FileField::LiveCampaign, &mut self.campaign);
             named_field(ui, ("Record into", "Live record"), &mut self.record, "new folder", 140.0);
+            browse(ctx, ui, FileField::LiveRecord, &mut self.record);
         });
     }
 
@@ -266,7 +272,9 @@ fn named_field(ui: &mut Ui, (shown, name): (&str, &str), text: &mut String, hint
     if named + width + 3.0 * ui.spacing().item_spacing.x > ui.available_size_before_wrap().x {
         ui.end_row();
     }
-    ui.weak(shown);
+    // As high as the field, so that its name stands at its height at the beginning of a row too.
+    let size = egui::vec2(named, ui.spacing().interact_size.y);
+    ui.add_sized(size, Label::new(RichText::new(shown).weak()).extend());
     text_field(ui, name, text, hint, width);
 }
 

@@ -268,8 +268,8 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, sources: &[Motion; 3], now: &Ins
         ("airspeed V", speed, per_m_s, &|motion| motion.airspeed_m_s, Some(palette.series[4])),
         ("angle of attack α", degrees, per_rad, &|motion| motion.alpha_rad, None),
         ("sideslip β", degrees, per_rad, &|motion| motion.beta_rad, None),
-        ("over the ground", speed, per_m_s, &over_ground, Some(palette.series[3])),
-        ("climb", speed, per_m_s, &climb, None),
+        ("ground speed", speed, per_m_s, &over_ground, Some(palette.series[3])),
+        ("rate of climb", speed, per_m_s, &climb, None),
     ];
     let colors = colors(ui);
     Grid::new("numbers of the replay").num_columns(4).striped(true).spacing([8.0, 2.0]).show(ui, |ui| {

@@ -9,7 +9,8 @@ use doublet_engine::run::{Control, Job};
 use doublet_report::{DocumentSet, ReportFormat};
 use eframe::egui::{Button, ComboBox, DragValue, ScrollArea, Ui};
 
-use crate::panels::{Panel, PanelContext, Working, empty, surfaces, text_field};
+use crate::command::FileField;
+use crate::panels::{Panel, PanelContext, Working, browse, empty, surfaces, text_field};
 use crate::widgets::term::explained;
 
 #[derive(Default)]
@@ -77,9 +78,10 @@ impl Design {
     }
 
     /// The folder for card and files, and the button that writes them.
-    fn write(&mut self, ctx: &PanelContext<'_>, ui: &mut Ui) {
+    fn write(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let Some(sheet) = self.designing.done() else { return };
         text_field(ui, "folder of the card", &mut self.folder, "folder: card, scenario, autopilot", 220.0);
+        browse(ctx, ui, FileField::Card, &mut self.folder);
         let possible = !self.folder.trim().is_empty() && !self.writing.is_busy();
         let button = ui.add_enabled(possible, Button::new("Write card and files"));
         let hint = "The ArduPilot script assumes a surface travel of ±20°";

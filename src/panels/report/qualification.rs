@@ -11,8 +11,9 @@ use doublet_engine::session::Session;
 use doublet_report::DocumentSet;
 use eframe::egui::{self, Button, Label, RichText, ScrollArea, Ui};
 
+use crate::command::FileField;
 use crate::panels::report::design::written_forms;
-use crate::panels::{Panel, PanelContext, Working, empty, text_field};
+use crate::panels::{Panel, PanelContext, Working, browse, empty, text_field};
 use crate::theme;
 use crate::widgets::level_mark::level_mark;
 
@@ -41,6 +42,7 @@ impl Panel for Qualification {
             let before = self.named(ctx.session);
             let mut tests = before.clone();
             text_field(ui, "file of tests", &mut tests, "file of tests", 220.0);
+            browse(ctx, ui, FileField::Tests, &mut tests);
             if tests != before {
                 self.tests = Some(tests.clone());
             }
@@ -58,9 +60,7 @@ impl Panel for Qualification {
             return empty(
                 ui,
                 match self.named(ctx.session).trim() {
-                    "" => {
-                        "Choose a file of objective tests: a rule, and the manoeuvres of each test. Start from builtin:qtg/demo of the shipped flight; see Help."
-                    }
+                    "" => "Choose a file of objective tests: a rule, and the manoeuvres of each test.",
                     _ => "Judge the tests to compare the model with the manoeuvres of the session.",
                 },
             );
@@ -130,9 +130,10 @@ impl Qualification {
     }
 
     /// The folder for the guide and the button that writes it.
-    fn write(&mut self, ctx: &PanelContext<'_>, ui: &mut Ui) {
+    fn write(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let Some(judged) = self.judging.done() else { return };
         text_field(ui, "folder of the guide", &mut self.folder, "folder for the guide", 180.0);
+        browse(ctx, ui, FileField::Guide, &mut self.folder);
         let possible = !self.folder.trim().is_empty() && !self.writing.is_busy();
         if !ui.add_enabled(possible, Button::new("Write the guide")).clicked() {
             return;

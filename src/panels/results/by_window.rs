@@ -6,7 +6,7 @@ use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::Column;
 
 use crate::panels::manoeuvres::manoeuvre_list::menu;
-use crate::panels::{PanelContext, awaiting, dim_if, is_window_constant, role_color, select};
+use crate::panels::{PanelContext, awaiting, dim_if, is_window_constant, lacks_estimate, role_color, select};
 use crate::widgets::csv_text::csv_text;
 use crate::widgets::grid::figures_grid;
 use crate::{notation, theme};
@@ -24,7 +24,7 @@ fn fits<'a>(ctx: &PanelContext<'a>, window: &Manoeuvre) -> &'a [CoefficientFit] 
 /// Draws the table; copies it first where that was asked for.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
     let Some(pooled) = ctx.snapshot.pooled.latest() else {
-        return awaiting(ctx, ui, "the derivatives", "No estimate yet.");
+        return awaiting(ctx, ui, "the derivatives", &lacks_estimate(ctx));
     };
     let windows: Vec<&Manoeuvre> = ctx.session.active_windows().collect();
     let models = &ctx.session.structure.models;

@@ -8,7 +8,7 @@ use eframe::egui::{
     Vec2, WidgetInfo, pos2, vec2,
 };
 
-use crate::panels::{Panel, PanelContext, awaiting, choices, is_window_constant};
+use crate::panels::{Panel, PanelContext, awaiting, choices, is_window_constant, lacks_estimate};
 use crate::ui_state::Scope;
 use crate::widgets::matrix_view::{self, MatrixView};
 use crate::{notation, theme};
@@ -74,7 +74,7 @@ impl Panel for Correlation {
         let blocks: Vec<Block> =
             blocks.into_iter().filter(|block| self.only.is_none_or(|only| only == block.coefficient)).collect();
         if blocks.is_empty() {
-            return awaiting(ctx, ui, "the estimate", "No estimate yet.");
+            return awaiting(ctx, ui, "the estimate", &lacks_estimate(ctx));
         }
         warnings(ui, self.of, &blocks);
         grid(ctx, ui, self.of, &blocks, stale);

@@ -10,7 +10,7 @@ use eframe::egui::{self, FontId, Galley, RichText, ScrollArea, Ui};
 use egui_extras::Column;
 
 use crate::panels::results::{by_window, intervals, over_windows};
-use crate::panels::{Panel, PanelContext, awaiting, dim_if, is_window_constant, trouble};
+use crate::panels::{Panel, PanelContext, awaiting, dim_if, is_window_constant, lacks_estimate, trouble};
 use crate::ui_state::Scope;
 use crate::widgets::csv_text::csv_text;
 use crate::widgets::grid::figures_grid;
@@ -76,7 +76,7 @@ impl Panel for Derivatives {
         };
         trouble(ui, error);
         let Some(fits) = fits.filter(|fits| !fits.is_empty()) else {
-            return awaiting(ctx, ui, "the derivatives", "No identification manoeuvre.");
+            return awaiting(ctx, ui, "the derivatives", &lacks_estimate(ctx));
         };
         if copied.inner {
             ui.ctx().copy_text(csv(fits));

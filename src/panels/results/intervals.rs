@@ -8,7 +8,7 @@ use eframe::egui::{ComboBox, Ui};
 
 use crate::command::{FileCommand, UiCommand};
 use crate::panels::overlaid::Overlaid;
-use crate::panels::{PanelContext, awaiting, is_window_constant};
+use crate::panels::{PanelContext, awaiting, is_window_constant, lacks_estimate};
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::{notation, theme};
 
@@ -20,7 +20,7 @@ const NAME_LENGTH: usize = 3;
 /// Draws the chart of the chosen derivative.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let Some(pooled) = ctx.snapshot.pooled.latest() else {
-        return awaiting(ctx, ui, "the derivatives of every manoeuvre", "No estimate yet.");
+        return awaiting(ctx, ui, "the derivatives of every manoeuvre", &lacks_estimate(ctx));
     };
     let names: Vec<&String> = pooled
         .fits

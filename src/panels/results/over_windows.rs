@@ -5,7 +5,7 @@ use doublet_engine::stage::KindSummary;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::Column;
 
-use crate::panels::{PanelContext, awaiting, dim_if};
+use crate::panels::{PanelContext, awaiting, dim_if, lacks_estimate};
 use crate::widgets::csv_text::csv_text;
 use crate::widgets::grid::figures_grid;
 use crate::widgets::term::{column_title, column_title_called};
@@ -17,7 +17,7 @@ const TITLES: [&str; 6] = ["Manoeuvres", "Mean", "Scatter", "Std. error", "Min",
 /// Draws the table; copies it first where that was asked for.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
     let Some(details) = ctx.snapshot.details.latest() else {
-        return awaiting(ctx, ui, "the derivatives of every manoeuvre", "No estimate yet.");
+        return awaiting(ctx, ui, "the derivatives of every manoeuvre", &lacks_estimate(ctx));
     };
     let Some((all, kinds)) = details.kinds.split_first() else {
         return crate::panels::empty(ui, "No identification manoeuvre.");

@@ -16,7 +16,7 @@ use crate::notation;
 use crate::panels::manoeuvres::manoeuvre_list::menu;
 use crate::panels::results::applied_fix::HeldFindings;
 use crate::panels::results::finding_rows::{self, FindingKind};
-use crate::panels::{Pane, Panel, PanelContext, awaiting};
+use crate::panels::{Pane, Panel, PanelContext, awaiting, windows_by_time};
 use crate::widgets::level_mark::{self, level_mark};
 
 /// Height of a row.
@@ -191,7 +191,7 @@ impl Summary {
     fn grid(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts, cell: f32) {
         let fits: Vec<Coefficient> = ctx.session.structure.models.iter().map(|(coefficient, _)| *coefficient).collect();
         let windows: Vec<Option<&str>> = std::iter::once(None)
-            .chain(ctx.session.windows.iter().map(|window| Some(window.name.as_str())))
+            .chain(windows_by_time(ctx.session).iter().map(|window| Some(window.name.as_str())))
             .filter(|window| window.is_none_or(|name| verdicts.windows.contains_key(name)))
             .collect();
         ui.spacing_mut().item_spacing.x = GAP;

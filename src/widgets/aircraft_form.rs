@@ -2,9 +2,10 @@
 
 use doublet_core::airframe::AircraftClass;
 use doublet_engine::begin::PlainAircraft;
+use doublet_engine::builtin;
 use eframe::egui::{ComboBox, Grid, RichText, TextEdit, Ui, vec2};
 
-use crate::widgets::quantity_edit::parse_typed;
+use super::quantity_edit::parse_typed;
 use crate::{notation, theme};
 
 /// Width of a number, points.
@@ -26,6 +27,16 @@ const REFERENCE: std::ops::Range<usize> = 0..3;
 const MASS: usize = 3;
 const LENGTH: usize = 4;
 const INERTIA: std::ops::Range<usize> = 5..9;
+
+/// What the file of a shipped aircraft calls it.
+pub fn shipped_name(file: &str) -> &str {
+    builtin::text("aircraft", file).and_then(stated_name).unwrap_or(file)
+}
+
+/// The name that the text of an aircraft file states.
+pub fn stated_name(text: &str) -> Option<&str> {
+    text.lines().find_map(|line| line.strip_prefix("name = \"")?.strip_suffix('"'))
+}
 
 /// The numbers being typed.
 #[derive(Default)]
