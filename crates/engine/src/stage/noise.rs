@@ -119,7 +119,8 @@ pub fn noise(flights: &[NoiseFlight<'_>], marked: &[SteadyWindow]) -> Vec<Flight
         let measured = measure(role, flights, &found);
         let choice = noise_proposal(measured.as_ref().map_err(ToString::to_string), stated.get(&role).copied());
         let choice = choice.or_else(|reason| propose_by_differences(channel, flights).ok_or(reason));
-        let choice = if role == Role::TrueAirspeed { with_gusts(choice, flights) } else { choice };
+        let gusts = (role == Role::TrueAirspeed).then(|| propose_gusts(choice.as_ref().ok(), flights)).flatten();
+        let choice = gusts.map_or(choice, Ok);
         NoiseRow { channel, statistics: measured.ok(), choice }
     };
     let rows: Vec<NoiseRow> = NoiseChannel::all().map(row).collect();
@@ -154,19 +155,17 @@ fn propose_by_differences(channel: NoiseChannel, flights: &[NoiseFlight<'_>]) ->
 /// Part of the gusts along the path that counts as noise of the airspeed.
 const GUSTS: f64 = 2.0;
 
-/// The proposal for the airspeed with the gusts of flights without both flow vanes. The filter would explain gusts along the path by
-/// velocities across it, which nothing else shows there: its flow angles would then be wrong by many times what the gusts are.
-fn with_gusts(choice: Result<NoiseChoice, String>, flights: &[NoiseFlight<'_>]) -> Result<NoiseChoice, String> {
+/// The gusts along the path as noise of the airspeed, for flights without both flow vanes whose instruments do not state it; none where more
+/// is known. The filter would explain these gusts by velocities across the path, which no other measurement shows there: its flow angles
+/// would then be wrong by many times what the gusts are.
+fn propose_gusts(known: Option<&NoiseChoice>, flights: &[NoiseFlight<'_>]) -> Option<NoiseChoice> {
     let lacks_vane = |flight: &&NoiseFlight<'_>| {
         [Role::AngleOfAttack, Role::Sideslip].iter().any(|vane| flight.loaded.recording.role(*vane).is_none())
     };
     let gusts = flights.iter().filter(lacks_vane).filter_map(|flight| gusts_along_path(&flight.loaded.recording));
-    let Some(proposed) = median(&mut gusts.map(|gusts| GUSTS * gusts).collect::<Vec<_>>()) else { return choice };
-    match choice {
-        Ok(NoiseChoice { origin: NoiseOrigin::Stated(_), .. }) => choice,
-        Ok(NoiseChoice { proposed: known, .. }) if known >= proposed => choice,
-        _ => Ok(NoiseChoice { proposed, origin: NoiseOrigin::Gusts }),
-    }
+    let proposed = median(&mut gusts.map(|gusts| GUSTS * gusts).collect::<Vec<_>>())?;
+    let keeps = |known: &NoiseChoice| known.proposed >= proposed || matches!(known.origin, NoiseOrigin::Stated(_));
+    (!known.is_some_and(keeps)).then_some(NoiseChoice { proposed, origin: NoiseOrigin::Gusts })
 }
 
 /// Standard deviation of an entry in the built-in settings.
