@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use doublet_core::prep::{Interpolation, Smoothing, resample, smooth};
+use doublet_core::prep::{Interpolation, NoiseOrigin, Smoothing, resample, smooth};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::{Series, TimeRange};
@@ -392,6 +392,29 @@ fn noise_over_found_windows_is_that_of_the_instruments() {
         assert!(row(name).is_measured());
     }
     assert!(row("x").statistics.is_none() && !row("x").is_measured());
+}
+
+#[test]
+fn airspeed_without_a_flow_vane_has_gusts_along_the_path_as_noise() {
+    let row_of = |loaded: &LoadedFlight| {
+        let flight = NoiseFlight { name: "FT1", loaded, proposals: proposals() };
+        let noise = stage::noise(&[flight], &[]).remove(0);
+        let row = noise.rows.into_iter().find(|row| row.channel.name() == "airspeed").unwrap();
+        row.choice.unwrap()
+    };
+    let mut loaded = recorded().clone();
+    let index = loaded.recording.roles[&Role::TrueAirspeed];
+    let airspeed = loaded.recording.channels[index].series.clone();
+    // Three sines of different periods: deviation 1.5 m/s.
+    let gust =
+        |time_s: f64| [1.1, 1.9, 3.1].iter().map(|rate| (rate * time_s).sin()).sum::<f64>() * 1.5 / 1.5_f64.sqrt();
+    let gusty = airspeed.time_s.iter().zip(&*airspeed.values).map(|(time_s, value)| value + gust(*time_s));
+    loaded.recording.channels[index].series.values = gusty.collect();
+    assert!(!matches!(row_of(&loaded).origin, NoiseOrigin::Gusts), "both vanes are recorded");
+    loaded.recording.roles.remove(&Role::Sideslip);
+    let choice = row_of(&loaded);
+    assert_eq!(choice.origin, NoiseOrigin::Gusts);
+    assert!((2.7..3.6).contains(&choice.proposed), "twice the gusts: {}", choice.proposed);
 }
 
 #[test]
