@@ -9,6 +9,9 @@ use eframe::egui::{self, Align, Button, Label, Layout, RichText, ScrollArea, Tex
 
 use crate::notation::ago;
 
+/// Longest name proposed for a file, characters.
+const LONGEST_NAME: usize = 48;
+
 /// What a file is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
@@ -423,6 +426,31 @@ fn single_ending(name: &str, extensions: &[String]) -> String {
     extensions.iter().find_map(shorter).unwrap_or_else(|| name.to_owned())
 }
 
+/// A name in letters and digits for a file; `otherwise` where it has none.
+pub(super) fn file_stem(name: &str, otherwise: &str) -> String {
+    let letters = name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' });
+    let mut stem = String::new();
+    letters.for_each(|letter| {
+        if letter != '_' || !stem.ends_with('_') {
+            stem.push(letter);
+        }
+    });
+    // A long name ends with a whole word.
+    if let Some((end, _)) = stem.char_indices().nth(LONGEST_NAME) {
+        let cut = if stem[end..].starts_with('_') { Some(end) } else { stem[..end].rfind('_') };
+        stem.truncate(cut.filter(|&cut| cut > 0).unwrap_or(end));
+    }
+    match stem.trim_matches(['-', '_']) {
+        "" => otherwise.to_owned(),
+        stem => stem.to_owned(),
+    }
+}
+
+/// The path of a file of text that was chosen; it ends with `.toml` where no ending was typed.
+pub(super) fn with_ending(path: &Path) -> PathBuf {
+    if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -455,5 +483,16 @@ mod tests {
         let found = entries(folder.path(), &[]).unwrap();
         assert_eq!(found[0].bytes, 5);
         assert_eq!(found[0].age.map(ago).as_deref(), Some("less than a minute ago"));
+    }
+
+    #[test]
+    fn proposed_names_are_words_joined_once_and_end_with_a_whole_word() {
+        assert_eq!(file_stem("Trainer II", "aircraft"), "Trainer_II");
+        assert_eq!(file_stem("Flight 3 (left): doublets - ", "session"), "Flight_3_left_doublets");
+        assert_eq!(file_stem("???", "session"), "session");
+        let title = "Cessna 337F, simulated flight: doublets and 3-2-1-1 at 4,000 ft and 90 kt";
+        let stem = file_stem(title, "session");
+        assert!(stem.len() <= LONGEST_NAME && !stem.contains("__"), "{stem}");
+        assert_eq!(stem, "Cessna_337F_simulated_flight_doublets_and");
     }
 }

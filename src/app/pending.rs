@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use doublet_core::load::FORMATS;
 use doublet_engine::export::{self, Format, IdentifiedModel};
-use doublet_engine::keep::Put;
+use doublet_engine::keep::{self, Put};
 use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Job};
 use doublet_engine::session::{AircraftEdit, Edit, ReportFigure, ReportFigureEdit, Session, SignalEdit};
@@ -15,13 +15,10 @@ use doublet_engine::{aircraft, builtin, calibrate};
 use doublet_report::Order;
 use eframe::egui::{self, ViewportCommand, vec2};
 
-use super::files::{FileQuestion, Purpose};
+use super::files::{FileQuestion, Purpose, file_stem, with_ending};
 use super::{Document, Workbench, public};
 use crate::command::FileField;
 use crate::widgets::figure::{self, FigureForm, FigureRequest};
-
-/// Longest name proposed for a file, characters.
-const LONGEST_NAME: usize = 48;
 
 /// Folders of sessions opened last that a dialog offers.
 const MOST_PLACES: usize = 4;
@@ -111,24 +108,11 @@ fn question_of(field: FileField) -> (&'static str, Purpose, Vec<String>, String)
     }
 }
 
-/// A name in letters and digits for a file; `otherwise` where it has none.
-fn file_stem(name: &str, otherwise: &str) -> String {
-    let letters = name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' });
-    let mut stem = String::new();
-    letters.for_each(|letter| {
-        if letter != '_' || !stem.ends_with('_') {
-            stem.push(letter);
-        }
-    });
-    // A long name ends with a whole word.
-    if let Some((end, _)) = stem.char_indices().nth(LONGEST_NAME) {
-        let cut = if stem[end..].starts_with('_') { Some(end) } else { stem[..end].rfind('_') };
-        stem.truncate(cut.filter(|&cut| cut > 0).unwrap_or(end));
-    }
-    match stem.trim_matches(['-', '_']) {
-        "" => otherwise.to_owned(),
-        stem => stem.to_owned(),
-    }
+/// Writes the text of an aircraft that was described; where it is.
+pub(super) fn save_aircraft_text(path: &Path, text: &str) -> Result<PathBuf, String> {
+    let path = with_ending(path);
+    keep::replace(&path, text.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(path)
 }
 
 impl Workbench {
@@ -191,14 +175,11 @@ impl Workbench {
             Asked::Beside => ("A recording of the same flight", Purpose::Several, recordings(), String::new()),
             Asked::Public => ("The files of the public recording", Purpose::Several, recordings(), String::new()),
             Asked::Aircraft | Asked::OtherAircraft => ("An aircraft file", Purpose::Open, toml(), String::new()),
-            Asked::DescribedAircraft => {
-                let described = self.state.described_aircraft.as_ref();
-                let name = file_stem(described.map_or("", |(name, _)| name), "aircraft");
-                ("Save the aircraft", Purpose::Save, toml(), format!("{name}.toml"))
-            }
             Asked::Field(field) => question_of(*field),
-            Asked::NewAircraft => {
-                let name = file_stem(self.described_aircraft().unwrap_or_default(), "aircraft");
+            Asked::NewAircraft | Asked::DescribedAircraft => {
+                let of_session = || self.state.described_aircraft.as_ref().map(|(name, _)| name.as_str());
+                let described = if asked == Asked::NewAircraft { self.described_aircraft() } else { of_session() };
+                let name = file_stem(described.unwrap_or_default(), "aircraft");
                 ("Save the aircraft", Purpose::Save, toml(), format!("{name}.toml"))
             }
             Asked::OwnAircraft => {
@@ -316,7 +297,7 @@ impl Workbench {
     }
 
     fn save_to(&mut self, path: &Path, after: Option<Pending>, ctx: &egui::Context) {
-        let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
+        let path = with_ending(path);
         if self.document.path.as_deref() == Some(&path) && self.ask_about_change(after.clone()) {
             return;
         }
@@ -351,22 +332,23 @@ impl Workbench {
 
     /// Writes the edited aircraft to its own file, which the session uses from then on: one step of undo.
     fn save_aircraft(&mut self, path: &Path) {
-        let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
-        if let Err(line) = aircraft::save(self.document.session(), &self.document.folder, &path) {
-            return self.complain(line);
-        }
-        let own = self.as_named(&path);
-        self.apply(&Edit::Aircraft(AircraftEdit::Use(own)));
-        self.set_message(format!("Saved {}", path.display()));
+        let path = with_ending(path);
+        let saved = aircraft::save(self.document.session(), &self.document.folder, &path);
+        self.use_saved_aircraft(saved.map(|()| path));
     }
 
     /// Writes the aircraft that was described, which the session uses from then on: one step of undo.
     fn save_described_aircraft(&mut self, path: &Path) {
-        let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
         let Some((_, text)) = self.state.described_aircraft.take() else { return };
-        if let Err(error) = std::fs::write(&path, text) {
-            return self.complain(format!("{}: {error}", path.display()));
-        }
+        self.use_saved_aircraft(save_aircraft_text(path, &text));
+    }
+
+    /// The session uses the aircraft that was written, or the window says why it was not.
+    fn use_saved_aircraft(&mut self, saved: Result<PathBuf, String>) {
+        let path = match saved {
+            Ok(path) => path,
+            Err(line) => return self.complain(line),
+        };
         let own = self.as_named(&path);
         self.apply(&Edit::Aircraft(AircraftEdit::Use(own)));
         self.set_message(format!("Saved {}", path.display()));
@@ -374,7 +356,7 @@ impl Workbench {
 
     /// Writes the instruments with what was fitted, which the flight on screen uses from then on: one step of undo.
     fn save_instruments(&mut self, path: &Path) {
-        let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
+        let path = with_ending(path);
         let (Some(text), Some(flight)) = (self.state.instruments.take(), self.state.selection.flight.clone()) else {
             return;
         };
@@ -574,21 +556,5 @@ impl Workbench {
             Some(false) => self.proceed(pending, ctx),
             None => {}
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn proposed_names_are_words_joined_once_and_end_with_a_whole_word() {
-        assert_eq!(file_stem("Trainer II", "aircraft"), "Trainer_II");
-        assert_eq!(file_stem("Flight 3 (left): doublets - ", "session"), "Flight_3_left_doublets");
-        assert_eq!(file_stem("???", "session"), "session");
-        let title = "Cessna 337F, simulated flight: doublets and 3-2-1-1 at 4,000 ft and 90 kt";
-        let stem = file_stem(title, "session");
-        assert!(stem.len() <= LONGEST_NAME && !stem.contains("__"), "{stem}");
-        assert_eq!(stem, "Cessna_337F_simulated_flight_doublets_and");
     }
 }

@@ -1,17 +1,39 @@
-//! A channel over what the others say it is, as read and with the fix.
+//! A channel that contradicts others: what is wrong, and the channel over what the others say it is, as read and with the fix.
 
 use doublet_core::compatibility::{Curves, Trace};
-use eframe::egui::{self, RichText, Ui};
+use doublet_engine::stage::PhysicsRow;
+use eframe::egui::{self, Label, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
-use crate::theme;
+use crate::{notation, theme};
 
 const SIZE: [f32; 2] = [128.0, 58.0];
 /// Room both need beside each other.
-pub const WIDTH: f32 = 2.0 * SIZE[0] + 12.0;
+const WIDTH: f32 = 2.0 * SIZE[0] + 12.0;
+/// Least width left to the words beside the curves.
+const WORDS: f32 = 220.0;
+
+/// Draws in a horizontal row what is wrong in a few words, its figures and its fix, below them `more`, and beside them the curves where there is
+/// room. `at` is its place among the contradictions: two may be of one channel.
+pub fn draw_contradiction(ui: &mut Ui, at: usize, row: &PhysicsRow, more: impl FnOnce(&mut Ui)) {
+    let curves = row.curves.as_ref().filter(|_| ui.available_width() > WORDS + WIDTH);
+    ui.vertical(|ui| {
+        ui.set_width(ui.available_width() - curves.map_or(0.0, |_| WIDTH));
+        ui.spacing_mut().item_spacing.y = 1.0;
+        let (ink, weak) = (ui.visuals().strong_text_color(), ui.visuals().weak_text_color());
+        ui.add(Label::new(notation::typeset_in(&row.headline.to_string(), 13.0, ink)).wrap());
+        let figures =
+            if row.fix_text.is_empty() { row.evidence.clone() } else { format!("{}; {}", row.evidence, row.fix_text) };
+        ui.add(Label::new(notation::typeset_in(&figures, 11.0, weak)).wrap());
+        more(ui);
+    });
+    if let Some(curves) = curves {
+        ui.push_id(at, |ui| show(ui, &row.channel, curves));
+    }
+}
 
 /// Draws both, side by side.
-pub fn show(ui: &mut Ui, channel: &str, curves: &Curves) {
+fn show(ui: &mut Ui, channel: &str, curves: &Curves) {
     ui.horizontal_top(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         for (when, trace) in [("as read", &curves.before), ("with the fix", &curves.after)] {

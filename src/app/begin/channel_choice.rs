@@ -9,7 +9,8 @@ const MANY: usize = 12;
 const NARROWING: f32 = 30.0;
 const HEIGHT: f32 = 320.0;
 
-/// Draws the list of the role called `key`, of a deflection read from both sides with sign and channel of the other; what was chosen in this frame, `Some(None)` for no channel.
+/// Draws the list of the role called `key`; what was chosen in this frame, `Some(None)` for no channel. `other_side` is sign and channel of the
+/// other side, where a deflection is read from both.
 pub(super) fn show(
     ui: &mut Ui,
     key: &str,

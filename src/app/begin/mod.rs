@@ -20,6 +20,7 @@ use doublet_engine::session::{MapRef, Session};
 use doublet_engine::verdict::Level;
 use eframe::egui;
 
+use super::pending::save_aircraft_text;
 use super::{Asked, Document, Workbench};
 use crate::notation;
 use crate::widgets::aircraft_form::AircraftForm;
@@ -359,10 +360,8 @@ impl Workbench {
     pub(super) fn begin_with_new_aircraft(&mut self, path: &Path) {
         let Some(Step::Choosing(choosing)) = &mut self.beginning.step else { return };
         let Some(form) = &choosing.aircraft_form else { return };
-        let path = if path.extension().is_some() { path.to_path_buf() } else { path.with_extension("toml") };
-        let place = path.display();
-        match form.text().and_then(|text| std::fs::write(&path, text).map_err(|error| format!("{place}: {error}"))) {
-            Ok(()) => {
+        match form.text().and_then(|text| save_aircraft_text(path, &text)) {
+            Ok(path) => {
                 choosing.aircraft_form = None;
                 choosing.complaint = None;
                 self.begin_with_aircraft(&path);

@@ -10,21 +10,19 @@ use doublet_engine::begin::{self, Inspected};
 use doublet_engine::confidence::{WeighedRole, weigh};
 use doublet_engine::run::{Control, Job};
 use doublet_engine::session::ClockSetting;
-use doublet_engine::stage::{FlightPhysics, PhysicsRow};
+use doublet_engine::stage::FlightPhysics;
 use doublet_engine::verdict::Level;
-use eframe::egui::{self, Label, Sense, Spinner, Ui, vec2};
+use eframe::egui::{self, Sense, Spinner, Ui, vec2};
 
 use super::{Choice, Choosing};
-use crate::widgets::curves;
+use crate::theme;
+use crate::widgets::curves::draw_contradiction;
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::sparkline::Sparkline;
-use crate::{notation, theme};
 
 /// Width and points of the shape of a channel.
 const SHAPE: f32 = 84.0;
 const POINTS: usize = 56;
-/// Least width left to the words beside the curves.
-const WORDS: f32 = 220.0;
 
 /// What the channels say of each other by the map as it is, compared in the background.
 #[derive(Default)]
@@ -178,29 +176,11 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
                     applied = Some(fix.clone());
                 }
             }
-            let curves = row.curves.as_ref().filter(|_| ui.available_width() > WORDS + curves::WIDTH);
-            ui.vertical(|ui| {
-                ui.set_width(ui.available_width() - curves.map_or(0.0, |_| curves::WIDTH));
-                draw_finding(ui, row);
-            });
-            if let Some(curves) = curves {
-                // Two contradictions may be of one channel.
-                ui.push_id(at, |ui| curves::show(ui, &row.channel, curves));
-            }
+            draw_contradiction(ui, at, row, |_| {});
         });
     }
     if let Some(fix) = applied {
         choosing.hand = begin::apply_fix(&choosing.hand, &fix, &choosing.inspected.probes);
         choosing.plan_again();
     }
-}
-
-/// What is wrong in a few words, with its figures and its fix.
-fn draw_finding(ui: &mut Ui, row: &PhysicsRow) {
-    ui.spacing_mut().item_spacing.y = 1.0;
-    let (ink, weak) = (ui.visuals().strong_text_color(), ui.visuals().weak_text_color());
-    ui.add(Label::new(notation::typeset_in(&row.headline.to_string(), 13.0, ink)).wrap());
-    let more =
-        if row.fix_text.is_empty() { row.evidence.clone() } else { format!("{}; {}", row.evidence, row.fix_text) };
-    ui.add(Label::new(notation::typeset_in(&more, 11.0, weak)).wrap());
 }

@@ -161,7 +161,7 @@ fn agreement(ctx: &PanelContext<'_>, engine: &EngineOverFlight, ui: &mut Ui) {
         let whole = &agreement.whole;
         let kw = |power_w: f64| notation::fixed(scale * power_w, 1);
         let text = format!(
-            "r² {}   RMS difference {} {unit}   mean {} {unit} (engine monitor {} {unit})",
+            "r² {}   RMS difference {} {unit}   modelled mean {} {unit} (engine monitor {} {unit})",
             notation::fixed(whole.r_squared, 4),
             kw(whole.rms_w),
             kw(whole.mean_modelled_w),

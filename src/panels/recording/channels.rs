@@ -13,7 +13,7 @@ use egui_extras::{Column, TableRow};
 
 use crate::command::{UiCommand, ViewCommand};
 use crate::panels::{Pane, Panel, PanelContext, chosen_flight, trouble};
-use crate::widgets::curves;
+use crate::widgets::curves::draw_contradiction;
 use crate::widgets::grid::texts_grid;
 use crate::widgets::level_mark::{channel_legend, channel_words, level_mark};
 use crate::widgets::sparkline::Sparkline;
@@ -223,25 +223,11 @@ fn compared(
         for (at, row) in contradictions.iter().enumerate() {
             ui.horizontal_top(|ui| {
                 level_mark(ui, Some(row.level));
-                let curves = row.curves.as_ref().filter(|_| ui.available_width() > 220.0 + curves::WIDTH);
-                ui.vertical(|ui| {
-                    ui.set_width(ui.available_width() - curves.map_or(0.0, |_| curves::WIDTH));
-                    ui.spacing_mut().item_spacing.y = 1.0;
-                    let ink = ui.visuals().strong_text_color();
-                    ui.add(Label::new(notation::typeset_in(&row.headline.to_string(), 13.0, ink)).wrap());
-                    let more = if row.fix_text.is_empty() {
-                        row.evidence.clone()
-                    } else {
-                        format!("{}; {}", row.evidence, row.fix_text)
-                    };
-                    ui.add(Label::new(notation::typeset_in(&more, 11.0, ui.visuals().weak_text_color())).wrap());
+                draw_contradiction(ui, at, row, |ui| {
                     if row.change.is_some() && ui.small_button("Fix in Summary").on_hover_text(FIX).clicked() {
                         ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Summary)));
                     }
                 });
-                if let Some(curves) = curves {
-                    ui.push_id(at, |ui| curves::show(ui, &row.channel, curves));
-                }
             });
         }
     });

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::quantity::Role;
-use crate::series::{Recording, Series, value_at};
+use crate::series::{Recording, Series, gap_threshold_s, value_at};
 use crate::statistics::median;
 
 /// Length over which the mean wind counts as constant, s.
@@ -14,8 +14,6 @@ const STEP_S: f64 = 0.2;
 const LEAST_SAMPLES: usize = 100;
 /// Least airspeed, m/s: below, the aircraft may be on the ground.
 const LEAST_AIRSPEED_M_S: f64 = 5.0;
-/// Longest gap that is interpolated over, s.
-const GAP_S: f64 = 1.0;
 
 /// Standard deviation of the gusts along the path, m/s; none where true airspeed or velocity over the Earth is missing.
 ///
@@ -28,7 +26,7 @@ pub fn gusts_along_path(recording: &Recording) -> Option<f64> {
     gusts_of(&thinned(series(Role::TrueAirspeed)?, velocity, series(Role::VelocityDown)))
 }
 
-/// The same of samples.
+/// Median over the stretches of these samples.
 fn gusts_of(samples: &[Sample]) -> Option<f64> {
     let first_s = samples.first()?.time_s;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of stretches")]
@@ -43,16 +41,22 @@ struct Sample {
     velocity_m_s: [f64; 3],
 }
 
+/// Values between samples; none in a gap.
+fn interpolate(series: &Series) -> impl Fn(f64) -> Option<f64> {
+    let gap_s = gap_threshold_s(&series.time_s);
+    move |time_s| value_at(&series.time_s, &series.values, gap_s, time_s)
+}
+
 /// Samples in flight at the times of the velocity north, not closer than they may be.
 fn thinned(airspeed: &Series, [north, east]: [&Series; 2], down: Option<&Series>) -> Vec<Sample> {
-    let at = |series: &Series, time_s: f64| value_at(&series.time_s, &series.values, GAP_S, time_s);
+    let (airspeed_at, east_at, down_at) = (interpolate(airspeed), interpolate(east), down.map(interpolate));
     let mut found: Vec<Sample> = Vec::new();
     for (&time_s, &north) in north.time_s.iter().zip(&*north.values) {
         if found.last().is_some_and(|last| time_s - last.time_s < STEP_S) {
             continue;
         }
-        let Some((airspeed_m_s, east)) = at(airspeed, time_s).zip(at(east, time_s)) else { continue };
-        let down = down.and_then(|down| at(down, time_s)).unwrap_or(0.0);
+        let Some((airspeed_m_s, east)) = airspeed_at(time_s).zip(east_at(time_s)) else { continue };
+        let down = down_at.as_ref().and_then(|down| down(time_s)).unwrap_or(0.0);
         let velocity_m_s = [north, east, down];
         if airspeed_m_s > LEAST_AIRSPEED_M_S && velocity_m_s.iter().all(|value| value.is_finite()) {
             found.push(Sample { time_s, airspeed_m_s, velocity_m_s });

@@ -147,7 +147,7 @@ const UNITS: &[Row] = &[
     Row("mg", &["milli-g", "millig"], D::Acceleration, 1e-3 * STANDARD_GRAVITY_M_S2, 0.0),
     Row("s", &["sec", "secs", "second", "seconds"], D::Time, 1.0, 0.0),
     Row("ms", &["msec", "millisecond", "milliseconds"], D::Time, 1e-3, 0.0),
-    Row("0.1 ms", &["1e-4 s"], D::Time, 1e-4, 0.0),
+    Row("0.1 ms", &[], D::Time, 1e-4, 0.0),
     Row("us", &["usec", "microsecond", "microseconds", "µs", "μs"], D::Time, 1e-6, 0.0),
     Row("ns", &["nsec", "nanosecond", "nanoseconds"], D::Time, 1e-9, 0.0),
     Row("min", &["minute", "minutes"], D::Time, 60.0, 0.0),

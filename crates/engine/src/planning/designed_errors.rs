@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use doublet_core::prep::{Interpolation, resample};
 use doublet_core::reconstruct::{
     FilterData, InputSeries, MEASUREMENTS, MeasurementSeries, Reconstruction, STATES, State,
 };
@@ -40,7 +41,7 @@ pub(super) fn designed_errors(
     let sampled: Vec<FilterData> = designed
         .flown
         .iter()
-        .map(|flown| sample(flown, recorded, &settings.filter.measurement_delay_s))
+        .map(|flown| record(flown, recorded, &settings.filter.measurement_delay_s))
         .collect::<Option<_>>()?;
     let all: Vec<&FilterData> = sampled.iter().collect();
     let paths = reconstructions(&all, (settings.filter, settings.preparation.path), control);
@@ -51,7 +52,7 @@ pub(super) fn designed_errors(
         aero_along(&exact, (data, path), (data, path), settings.preparation).map(Arc::new)
     });
     let aero: Vec<Arc<WindowAero>> = aero.collect::<Result<_, _>>().ok()?;
-    let manoeuvres: Vec<Manoeuvre> = designed.manoeuvres.iter().enumerate().map(manoeuvre).collect();
+    let manoeuvres: Vec<Manoeuvre> = designed.manoeuvres.iter().enumerate().map(window_of).collect();
     let planned = manoeuvres.iter().zip(sampled.iter().zip(&paths)).zip(&aero);
     let mut windows: Vec<ErrorWindow<'_>> =
         planned.map(|((manoeuvre, (data, path)), aero)| (manoeuvre, (data, path), aero)).collect();
@@ -62,7 +63,7 @@ pub(super) fn designed_errors(
 }
 
 /// Window of a planned manoeuvre. The throttle moves the aircraft as the elevator does.
-fn manoeuvre((index, planned): (usize, &PlannedManoeuvre)) -> Manoeuvre {
+fn window_of((index, planned): (usize, &PlannedManoeuvre)) -> Manoeuvre {
     const SURFACES: [Surface; 4] = [Surface::Aileron, Surface::Elevator, Surface::Rudder, Surface::Elevator];
     let window = TimeRange { start_s: 0.0, end_s: planned.duration_s };
     let surface = match planned.surfaces.as_slice() {
@@ -73,7 +74,7 @@ fn manoeuvre((index, planned): (usize, &PlannedManoeuvre)) -> Manoeuvre {
 }
 
 /// A flight without gusts as the recorders of a window would show it: each measurement at its rate there, as late as the filter expects it.
-fn sample(flown: &FlownInput, recorded: &FilterData, delays_s: &[f64; MEASUREMENTS]) -> Option<FilterData> {
+fn record(flown: &FlownInput, recorded: &FilterData, delays_s: &[f64; MEASUREMENTS]) -> Option<FilterData> {
     let time_s: Arc<[f64]> = flown.time_s.as_slice().into();
     let column = |value: &dyn Fn(usize) -> f64| (0..time_s.len()).map(value).collect::<Vec<f64>>();
     let [u, v, w, north, east, height] = [0, 1, 2, 9, 10, 11].map(|index| column(&|k| flown.states[k][index]));
@@ -98,7 +99,7 @@ fn sample(flown: &FlownInput, recorded: &FilterData, delays_s: &[f64; MEASUREMEN
     for (index, series) in measurements.iter_mut().enumerate() {
         let like = &recorded.measurements[index];
         if !like.time_s.is_empty() {
-            *series = at_rate((&time_s, &shown[index]), median_step(&like.time_s)?, delays_s[index]);
+            *series = at_rate((&time_s, &shown[index]), median_step(&like.time_s)?, delays_s[index])?;
         }
     }
     let [ax, ay, az] = [0, 1, 2].map(|axis| column(&|k| flown.specific_force_m_s2[k][axis]).into());
@@ -107,18 +108,11 @@ fn sample(flown: &FlownInput, recorded: &FilterData, delays_s: &[f64; MEASUREMEN
 }
 
 /// A column at even intervals, straight lines between its samples, with stamps that are late.
-fn at_rate((time_s, values): (&[f64], &[f64]), step_s: f64, delay_s: f64) -> MeasurementSeries {
+fn at_rate((time_s, values): (&[f64], &[f64]), step_s: f64, delay_s: f64) -> Option<MeasurementSeries> {
     let (first_s, last_s) = (time_s[0], time_s[time_s.len() - 1]);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of samples")]
     let count = ((last_s - first_s) / step_s) as usize + 1;
-    let times: Vec<f64> = (0..count).map(|k| first_s + step_s * k as f64).collect();
-    let at = |time: &f64| {
-        let after = time_s.partition_point(|sample| sample < time).clamp(1, time_s.len() - 1);
-        let part = (time - time_s[after - 1]) / (time_s[after] - time_s[after - 1]);
-        values[after - 1] + part.clamp(0.0, 1.0) * (values[after] - values[after - 1])
-    };
-    MeasurementSeries {
-        values: times.iter().map(at).collect(),
-        time_s: times.iter().map(|time| time + delay_s).collect(),
-    }
+    let times: Vec<f64> = (0..count).map(|k| (first_s + step_s * k as f64).min(last_s)).collect();
+    let values = resample(time_s, values, &times, Interpolation::Linear).ok()?;
+    Some(MeasurementSeries { values: values.into(), time_s: times.iter().map(|time| time + delay_s).collect() })
 }

@@ -152,8 +152,8 @@ fn propose_by_differences(channel: NoiseChannel, flights: &[NoiseFlight<'_>]) ->
     Some(NoiseChoice { proposed, origin: NoiseOrigin::Differences })
 }
 
-/// Part of the gusts along the path that counts as noise of the airspeed.
-const GUSTS: f64 = 2.0;
+/// Least noise of the airspeed over the gusts along the path.
+const LEAST_OVER_GUSTS: f64 = 2.0;
 
 /// The gusts along the path as noise of the airspeed, for flights without both flow vanes whose instruments do not state it; none where more
 /// is known. The filter would explain these gusts by velocities across the path, which no other measurement shows there: its flow angles
@@ -163,7 +163,7 @@ fn propose_gusts(known: Option<&NoiseChoice>, flights: &[NoiseFlight<'_>]) -> Op
         [Role::AngleOfAttack, Role::Sideslip].iter().any(|vane| flight.loaded.recording.role(*vane).is_none())
     };
     let gusts = flights.iter().filter(lacks_vane).filter_map(|flight| gusts_along_path(&flight.loaded.recording));
-    let proposed = median(&mut gusts.map(|gusts| GUSTS * gusts).collect::<Vec<_>>())?;
+    let proposed = median(&mut gusts.map(|gusts| LEAST_OVER_GUSTS * gusts).collect::<Vec<_>>())?;
     let keeps = |known: &NoiseChoice| known.proposed >= proposed || matches!(known.origin, NoiseOrigin::Stated(_));
     (!known.is_some_and(keeps)).then_some(NoiseChoice { proposed, origin: NoiseOrigin::Gusts })
 }

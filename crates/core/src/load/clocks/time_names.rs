@@ -178,9 +178,14 @@ mod tests {
             let found = read_time_word(name).map(|word| (word.is_last, word.unit.map(|unit| unit.symbol)));
             assert_eq!(found, wanted, "{name}");
         }
-        for (name, wanted) in
-            [("millis", "ms"), ("Micros", "us"), ("seconds/t", "s"), ("GMS", "ms"), ("SampleTimeFine", "0.1 ms")]
-        {
+        for (name, wanted) in [
+            ("millis", "ms"),
+            ("Micros", "us"),
+            ("seconds/t", "s"),
+            ("GMS", "ms"),
+            ("us", "us"),
+            ("SampleTimeFine", "0.1 ms"),
+        ] {
             assert_eq!(time_name(name).and_then(|(_, unit)| unit).map(|unit| unit.symbol), Some(wanted), "{name}");
         }
     }

@@ -24,7 +24,7 @@ const JOINED: [&str; 18] = [
     "actuator_outputs", "actuator_servos", "actuator_motors",
 ];
 /// Words behind a topic that make another topic of it.
-const OTHER_TOPICS: [&str; 5] = ["setpoint", "groundtruth", "bias", "wind", "controls"];
+const OTHER_TOPICS: [&str; 3] = ["setpoint", "groundtruth", "wind"];
 
 /// Columns whose fields are in the same rows.
 struct Topic {

@@ -10,6 +10,13 @@ fn read(map: &ManualChannelMap, role: Role) -> Option<(&str, &str, bool)> {
     Some((&row.from.channel, row.unit.map_or("", |unit| unit.symbol), row.turned))
 }
 
+/// Checks channel, unit and sign of roles.
+fn check_rows(map: &ManualChannelMap, wanted: &[(Role, &str, &str, bool)]) {
+    for &(role, channel, unit, turned) in wanted {
+        assert_eq!(read(map, role), Some((channel, unit, turned)), "{}", role.name());
+    }
+}
+
 /// Specific force in m/s², as an instant makes it.
 fn force(now: &Instant) -> [f64; 3] {
     [9.806_65 * now.pitch.sin(), 0.02 * now.bank, -9.806_65 * now.pitch.cos() / now.bank.cos()]
@@ -29,18 +36,19 @@ fn french_test_names_with_d_for_degrees_are_read() {
         let rest = [116.6, now.height / 0.3048, 2.0 * t.sin(), 3.0 * (1.3 * t).sin(), (0.7 * t).cos()];
         [x, y, -z, p, q, r].into_iter().chain(angles).chain(rest).collect()
     });
-    for (role, channel, unit, turned) in [
-        (Role::SpecificForceX, "GX", "g", false),
-        (Role::SpecificForceZ, "GZ", "g", true),
-        (Role::RollRate, "P", "deg/s", false),
-        (Role::PitchAngle, "TETA", "deg", false),
-        (Role::TrueAirspeed, "VV", "kt", false),
-        (Role::Aileron, "DL", "deg", false),
-        (Role::Elevator, "DM", "deg", false),
-        (Role::Rudder, "DN", "deg", false),
-    ] {
-        assert_eq!(read(&map, role), Some((channel, unit, turned)), "{}", role.name());
-    }
+    check_rows(
+        &map,
+        &[
+            (Role::SpecificForceX, "GX", "g", false),
+            (Role::SpecificForceZ, "GZ", "g", true),
+            (Role::RollRate, "P", "deg/s", false),
+            (Role::PitchAngle, "TETA", "deg", false),
+            (Role::TrueAirspeed, "VV", "kt", false),
+            (Role::Aileron, "DL", "deg", false),
+            (Role::Elevator, "DM", "deg", false),
+            (Role::Rudder, "DN", "deg", false),
+        ],
+    );
 }
 
 #[test]
@@ -193,16 +201,17 @@ fn azimuth_and_yaw_rate_of_realflight_are_positive_to_the_left() {
         let place = [east * now.time_s, north * now.time_s];
         air.into_iter().chain(angles).chain(place).chain([north, east, down]).collect()
     });
-    for (role, channel, unit, turned) in [
-        (Role::TrueAirspeed, "m-airspeed-MPS", "m/s", false),
-        (Role::YawRate, "m-yawRate-DEGpSEC", "deg/s", true),
-        (Role::HeadingAngle, "m-azimuth-DEG", "deg", true),
-        (Role::PositionNorth, "m-aircraftPositionY-MTR", "m", false),
-        (Role::PositionDown, "m-altitudeASL-MTR", "m", true),
-        (Role::VelocityEast, "m-velocityWorldV-MPS", "m/s", false),
-    ] {
-        assert_eq!(read(&map, role), Some((channel, unit, turned)), "{}", role.name());
-    }
+    check_rows(
+        &map,
+        &[
+            (Role::TrueAirspeed, "m-airspeed-MPS", "m/s", false),
+            (Role::YawRate, "m-yawRate-DEGpSEC", "deg/s", true),
+            (Role::HeadingAngle, "m-azimuth-DEG", "deg", true),
+            (Role::PositionNorth, "m-aircraftPositionY-MTR", "m", false),
+            (Role::PositionDown, "m-altitudeASL-MTR", "m", true),
+            (Role::VelocityEast, "m-velocityWorldV-MPS", "m/s", false),
+        ],
+    );
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::load::contents::Probe;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
 use crate::load::names::words::plain_letters;
@@ -9,8 +10,7 @@ use crate::quantity::{Role, Unit};
 use crate::statistics::{extent, median};
 
 /// Standard acceleration of free fall in the units that accelerations are recorded in.
-const GRAVITIES: [(&str, f64); 3] = [("m/s^2", 9.806_65), ("ft/s^2", 32.174), ("g", 1.0)];
-const GRAVITY_M_S2: f64 = GRAVITIES[0].1;
+const GRAVITIES: [(&str, f64); 3] = [("m/s^2", STANDARD_GRAVITY_M_S2), ("ft/s^2", 32.174), ("g", 1.0)];
 /// Largest ratio of the median specific force of a flight to one g, either way.
 const GRAVITY_RATIO: f64 = 1.35;
 /// The same of one that can still be flown.
@@ -55,8 +55,9 @@ fn exchange_load_factors(map: &mut ManualChannelMap, probes: &[Probe]) {
     let Some(side) = side.filter(|row| row.by == By::Name || row.by == By::Axes) else { return };
     let is_factor = plain_letters(&side.from.channel).ends_with("ny");
     // A load factor without a unit is in g.
-    let in_g =
-        |row: &ManualChannel| if is_factor { 1.0 } else { row.unit.map_or(1.0, |unit| unit.scale / GRAVITY_M_S2) };
+    let in_g = |row: &ManualChannel| {
+        if is_factor { 1.0 } else { row.unit.map_or(1.0, |unit| unit.scale / STANDARD_GRAVITY_M_S2) }
+    };
     let is_near_one = |row: &ManualChannel| {
         median(&mut columns_of(row, probes)).is_some_and(|middle| (0.7..1.3).contains(&(middle * in_g(row))))
     };
