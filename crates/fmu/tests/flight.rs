@@ -170,7 +170,7 @@ fn models_that_are_none_are_refused_by_name() {
     for (from, to, expected) in [
         ("doublet flight model", "another", "format"),
         ("\"CX\"", "\"C9\"", "unknown coefficient 'C9'"),
-        ("\"removed\"", "\"gone\"", "'gone'"),
+        ("\"removed\"", "\"gone\"", "`gone`"),
         ("\"mass_kg\": 2010.0", "\"mass_kg\": 0.0", "mass"),
     ] {
         assert!(text.contains(from), "{from} is not in {text}");
