@@ -19,7 +19,7 @@ use crate::builtin;
 use crate::graph::Control;
 use crate::session::{
     DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Level, Manoeuvre, MapRef, NoiseEdit, Preparation,
-    RecordingRef, Session, content_hash, fitting_name,
+    RecordingRef, ResidualWeights, Session, content_hash, fitting_name,
 };
 use crate::stage::{
     FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, has_airspeed, measured_by, noise,
@@ -346,6 +346,7 @@ pub fn add_flight(
     session.windows.extend(windows);
     if session.flights.len() == 1 {
         take_half_width(session, &loaded.recording);
+        take_weights(session, &loaded.recording);
         take_noise(session, NoiseFlight { name, loaded: &loaded, proposals: &found })?;
     }
     progress(1.0);
@@ -372,6 +373,16 @@ fn take_half_width(session: &mut Session, recording: &Recording) {
     let half_width_s = &mut session.preparation.differentiation_half_width_s;
     if let (Some(step_s), Some(longest_s)) = (step_s, built_in.filter(|_| *half_width_s == built_in)) {
         *half_width_s = Some(by_band_s.max(2.0 * step_s).min(longest_s));
+    }
+}
+
+/// Has the residuals of a new session without flow vanes whitened: gusts that nothing recorded shows are slow against the controls and
+/// correlate the residuals, and ordinary least squares takes them for a part of the derivatives (docs/fidelity.md).
+fn take_weights(session: &mut Session, recording: &Recording) {
+    let is_missing = [Role::AngleOfAttack, Role::Sideslip].iter().all(|role| recording.role(*role).is_none());
+    let weights = &mut session.estimation.weights;
+    if is_missing && *weights == ResidualWeights::default() {
+        *weights = ResidualWeights::Autoregression(ResidualWeights::USUAL_ORDER);
     }
 }
 

@@ -15,6 +15,7 @@ mod flight_filter_error;
 mod flight_output_error;
 mod frequency;
 mod input_kinds;
+mod instrumental;
 mod least_squares;
 mod nonlinear;
 mod orthogonal;
@@ -56,6 +57,7 @@ pub use frequency::{
     Detrend, FrequencySettings, FrequencyWindow, correct_ends, finite_fourier_transform, frequency_equation_error,
 };
 pub use input_kinds::{KindDifference, compare_kinds};
+pub use instrumental::{InstrumentalFit, instrumental_variables};
 pub use least_squares::least_squares;
 pub use nonlinear::{NonlinearSearch, search_nonlinear};
 pub use orthogonal::{OrthogonalRecord, OrthogonalSelection, OrthogonalSettings, orthogonal};

@@ -4,12 +4,12 @@ use doublet_core::estimate::{
     Coloured, Constraint, EstimateError, Fit, PooledFit, PooledRegression, Stacked, errors_in_variables,
     generalised_least_squares, stacked, total_least_squares, weighted_coloured_covariance, weighted_least_squares,
 };
-use doublet_core::model::Coefficient;
+use doublet_core::model::{Coefficient, Structure};
 use nalgebra::{DMatrix, DVector};
 
 use crate::graph::{StageError, StageResult};
 use crate::session::Session;
-use crate::stage::{AeroWindow, Regression, pooled_regressions};
+use crate::stage::{AeroWindow, Regression, by_instruments, pooled_regressions, sample_step_s};
 
 /// What the forms know beside the data.
 #[derive(Clone, Debug, Default)]
@@ -45,6 +45,10 @@ type FormFit = Result<(Fit, Option<DMatrix<f64>>), EstimateError>;
 /// One coefficient to fit.
 struct Problem<'a> {
     request: &'a FormRequest,
+    coefficient: Coefficient,
+    structure: &'a Structure,
+    /// Time between samples, s; none without samples.
+    step_s: Option<f64>,
     /// The regression without constraints, and with those there are.
     free: &'a PooledRegression,
     constrained: &'a PooledRegression,
@@ -57,10 +61,11 @@ struct Problem<'a> {
 /// A form; none where it does not apply.
 type Form = fn(&Problem<'_>) -> Option<FormFit>;
 
-const LEAST_SQUARES_FORMS: [(&str, Form); 6] = [
+const LEAST_SQUARES_FORMS: [(&str, Form); 7] = [
     ("ordinary", |problem| Some(corrected(problem.free, Ok(problem.ordinary.clone())))),
     ("weighted", |problem| Some(weighted(problem))),
     ("generalised", |problem| Some(whitened(problem))),
+    ("instrumental variables", instrumental),
     ("constrained", constrained),
     ("noise taken out", without_noise),
     ("total", total),
@@ -79,7 +84,8 @@ pub fn least_squares_forms(
     for regression in pooled_regressions(windows, structure, estimation) {
         let found = regression.and_then(|regression| {
             let coefficient = regression.coefficient;
-            by_every_form(regression, request).map_err(|error| StageError::from(error).at(coefficient.name()))
+            by_every_form(regression, request, (structure, sample_step_s(windows)))
+                .map_err(|error| StageError::from(error).at(coefficient.name()))
         });
         if let Ok(found) = &found {
             unknown.retain(|name| !found.derivatives.contains(name));
@@ -92,7 +98,11 @@ pub fn least_squares_forms(
     }
 }
 
-fn by_every_form(regression: Regression, request: &FormRequest) -> Result<CoefficientForms, EstimateError> {
+fn by_every_form(
+    regression: Regression,
+    request: &FormRequest,
+    (structure, step_s): (&Structure, Option<f64>),
+) -> Result<CoefficientForms, EstimateError> {
     let Regression { coefficient, pooled: mut constrained } = regression;
     let free = PooledRegression { constraints: Vec::new(), ..constrained.clone() };
     let ordinary = free.fit()?;
@@ -107,6 +117,9 @@ fn by_every_form(regression: Regression, request: &FormRequest) -> Result<Coeffi
     let deviations: Vec<f64> = all.names.iter().map(noise).collect();
     let problem = Problem {
         request,
+        coefficient,
+        structure,
+        step_s,
         free: &free,
         constrained: &constrained,
         all: &all,
@@ -150,6 +163,12 @@ fn whitened(Problem { all, ordinary, request, .. }: &Problem<'_>) -> FormFit {
     let found = generalised_least_squares(&all.names, &all.x, &all.z, &ordinary.samples, request.order)?;
     let covariance = found.coloured_covariance(&all.x, &ordinary.samples, &Coloured::default())?;
     Ok((found.fit, Some(covariance)))
+}
+
+/// By what the controls do alone.
+fn instrumental(&Problem { coefficient, free, structure, step_s, .. }: &Problem<'_>) -> Option<FormFit> {
+    let found = by_instruments(coefficient, free, structure, step_s?);
+    Some(found.map(|(fit, covariance)| (fit, Some(covariance))))
 }
 
 /// Under what is known.

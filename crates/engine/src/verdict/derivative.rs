@@ -219,7 +219,7 @@ fn scatter(evidence: Evidence<'_>, at: &Place, fit: &CoefficientFit, index: usiz
 }
 
 /// An estimate and its error, to two digits of the error.
-fn with_error(estimate: f64, error: f64) -> Message {
+pub(super) fn with_error(estimate: f64, error: f64) -> Message {
     if !(error > 0.0 && error.is_finite()) {
         return message!("{}", written(estimate, significant(estimate, 4)));
     }

@@ -173,7 +173,7 @@ const VANES: [(Variable, Measurement); 2] =
     [(Variable::Alpha, Measurement::AngleOfAttack), (Variable::Beta, Measurement::Sideslip)];
 
 /// The flow angle that a term consists of, where no manoeuvre of the fit has a vane for it.
-fn without_vane(evidence: Evidence<'_>, term: &Term, used: &[Used<'_>]) -> bool {
+pub(super) fn without_vane(evidence: Evidence<'_>, term: &Term, used: &[Used<'_>]) -> bool {
     let [(variable, 1)] = *term.factors() else { return false };
     let Some((_, vane)) = VANES.into_iter().find(|(angle, _)| *angle == variable) else { return false };
     let path = |used: &Used<'_>| evidence.snapshot.windows.get(&used.manoeuvre.name)?.path.ready();

@@ -12,8 +12,8 @@ use super::late_force::LateForce;
 use super::noise::MeasurementNoise;
 use super::plausible::Plausible;
 use super::{
-    Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, late_force, made_of, remedies, session,
-    studies, vane, weigh, window,
+    Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, gust_bias, late_force, made_of, remedies,
+    session, studies, vane, weigh, window,
 };
 use crate::session::{Manoeuvre, Place, Session};
 use crate::snapshot::{Consequence, DerivativeVerdict, FitVerdict, Snapshot, Verdicts, WindowVerdict};
@@ -176,8 +176,10 @@ fn fit_verdict(
     let names = fit.fit.as_ref().map(|fit| fit.names.as_slice()).unwrap_or_default();
     let mut derivatives = Vec::with_capacity(names.len());
     let of_vanes: Vec<Finding> = findings.iter().filter(|finding| finding.code == vane::VANE).cloned().collect();
+    let by_instruments = window.is_none().then(|| gust_bias::estimate(evidence, fit)).flatten();
     for (index, name) in names.iter().enumerate() {
         let mut found = derivative::findings(evidence, window, fit, index);
+        found.extend(by_instruments.as_ref().and_then(|instrumental| instrumental.finding(fit, index)));
         found.extend(study.of_derivative(window, name));
         let matters = evidence.consequence(fit.coefficient, name).is_none_or(|found| found.share > LEAST_SHARE);
         findings.extend(found.iter().filter(|finding| matters && finding.code != derivative::DETERMINED).cloned());

@@ -17,6 +17,7 @@ mod fixes;
 mod flight;
 mod fold;
 mod gravity;
+mod gust_bias;
 mod judge;
 mod judged_flights;
 mod late_force;

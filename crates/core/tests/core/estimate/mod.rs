@@ -7,6 +7,7 @@ mod equations;
 mod flight_filter_error;
 mod flight_output_error;
 mod frequency;
+mod instrumental;
 mod output_error;
 mod properties;
 mod recursive;
