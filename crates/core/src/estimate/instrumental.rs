@@ -45,7 +45,7 @@ impl InstrumentalFit {
     }
 }
 
-const NEEDED: &str = "at least one for each regressor that is no input: move the controls";
+const NEEDED: &str = "at least one per regressor other than inputs: move the controls";
 const NOT_INVERTIBLE: EstimateError =
     EstimateError::NotConverged { method: "the inversion of the instruments' products", iterations: 1 };
 
