@@ -82,9 +82,38 @@ pub fn counts() -> String {
     counts.collect::<Vec<_>>().join(", ")
 }
 
+/// Executions after which the counts are written.
+const WRITTEN_EVERY: usize = 1000;
+
+/// Writes the counts when the thread that fuzzes ends.
+struct Written;
+
+impl Drop for Written {
+    fn drop(&mut self) {
+        write_counts();
+    }
+}
+
+thread_local! {
+    static WRITTEN: Written = const { Written };
+}
+
+/// Writes the counts of this process into the folder that `DOUBLET_FUZZ_COUNTS` names.
+fn write_counts() {
+    let Some(folder) = std::env::var_os("DOUBLET_FUZZ_COUNTS") else { return };
+    let path = Path::new(&folder).join(format!("recording_chain-{}.txt", std::process::id()));
+    if let Err(error) = std::fs::write(&path, counts() + "\n") {
+        eprintln!("{}: {error}", path.display());
+    }
+}
+
 /// A recording from its bytes to its report and model, as far as it goes.
 pub fn recording_chain(data: &[u8]) {
+    WRITTEN.with(|_| ());
     ENDED[chain(data) as usize].fetch_add(1, Ordering::Relaxed);
+    if ENDED.iter().map(|count| count.load(Ordering::Relaxed)).sum::<usize>() % WRITTEN_EVERY == 0 {
+        write_counts();
+    }
 }
 
 /// As [`recording_chain`]. An error of the program itself, which the worker makes a line of, is a panic here.

@@ -13,7 +13,7 @@ use crate::text;
 pub struct BatchArguments {
     /// Folder of sessions and sweeps, or one of them.
     pub sessions: PathBuf,
-    /// Table to write, .parquet or .csv; finished runs are kept in NAME.runs.
+    /// Table to write, .parquet or .csv; completed runs are stored in NAME.runs.
     #[arg(long, value_parser = output_path())]
     pub out: PathBuf,
     /// Compute part I of N without a table, for scheduler jobs.

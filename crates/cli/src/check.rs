@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use doublet_engine::check::{Checked, check_file};
-use doublet_engine::verdict::{Finding, Level};
+use doublet_engine::session::Place;
+use doublet_engine::verdict::{Finding, Level, list_places};
 
 use crate::outcome::Outcome;
 use crate::text;
@@ -28,9 +29,13 @@ fn print(checked: &Checked) {
     if !checked.subject.is_empty() {
         text::line(&checked.subject);
     }
-    for finding in &checked.findings {
+    let findings = gathered(&checked.findings);
+    for (finding, places) in &findings {
         let level = if finding.level == Level::Good { "note" } else { finding.level.name() };
-        text::line(&format!("{level}: {finding}"));
+        // A finding begins with its place.
+        let whole = finding.to_string();
+        let sentence = whole.strip_prefix(&finding.place.to_string()).unwrap_or(&whole);
+        text::line(&format!("{level}: {}{sentence}", list_places(places)));
     }
     for row in checked.physics.iter().filter(|row| row.level > Level::Good) {
         text::line(&format!("{}: {}: {}", row.level.name(), row.headline, row.evidence));
@@ -38,13 +43,28 @@ fn print(checked: &Checked) {
             text::line(&format!("  {}", row.fix_text));
         }
     }
-    text::line(&ending(checked));
+    let against = checked.physics.iter().map(|row| row.level).filter(|level| *level > Level::Good);
+    text::line(&ending(&findings.iter().map(|(finding, _)| finding.level).chain(against).collect::<Vec<_>>()));
 }
 
-/// How many findings there are, and of which level.
-fn ending(checked: &Checked) -> String {
-    let against = checked.physics.iter().map(|row| row.level).filter(|level| *level > Level::Good);
-    let levels: Vec<Level> = checked.findings.iter().map(|finding| finding.level).chain(against).collect();
+/// Findings that differ in their place alone, with the places, in their order.
+fn gathered(findings: &[Finding]) -> Vec<(&Finding, Vec<&Place>)> {
+    let mut groups: Vec<(&Finding, Vec<&Place>)> = Vec::new();
+    for finding in findings {
+        let is_same = |known: &Finding| {
+            (known.level, known.code, &known.text, &known.fix_text)
+                == (finding.level, finding.code, &finding.text, &finding.fix_text)
+        };
+        match groups.iter_mut().find(|(known, _)| is_same(known)) {
+            Some((_, places)) => places.push(&finding.place),
+            None => groups.push((finding, vec![&finding.place])),
+        }
+    }
+    groups
+}
+
+/// How many findings are printed, and of which level.
+fn ending(levels: &[Level]) -> String {
     let count = |level: Level| levels.iter().filter(|other| **other == level).count();
     let parts = [(count(Level::Bad), "bad"), (count(Level::Caution), "caution"), (count(Level::Good), "notes")];
     let parts: Vec<_> =

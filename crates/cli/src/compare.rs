@@ -8,9 +8,10 @@ use doublet_engine::compare::{CoefficientOutcome, ExperimentRow};
 use doublet_engine::graph::{Cache, Context};
 use doublet_engine::run::{ExperimentRows, Slot, experiment_rows};
 use doublet_engine::session::{
-    self, Edit, Experiment, ExperimentEdit, Session, cross_experiments, filter_experiments, manoeuvre_experiments,
-    noise_experiments, structure_experiments,
+    self, Edit, Experiment, ExperimentEdit, Place, Session, cross_experiments, filter_experiments,
+    manoeuvre_experiments, noise_experiments, structure_experiments,
 };
+use doublet_engine::verdict::list_failures;
 use serde_json::json;
 
 use crate::output_path::output_path;
@@ -120,7 +121,13 @@ pub fn compare(arguments: &CompareArguments) -> Result<(), String> {
 fn print(rows: &ExperimentRows) -> Result<(), String> {
     let ready: Vec<&ExperimentRow> = rows.0.iter().filter_map(|(_, slot)| slot.ready()).map(AsRef::as_ref).collect();
     let failed: Vec<_> = rows.0.iter().filter_map(|(name, slot)| Some((name, slot.error()?))).collect();
-    failed.iter().for_each(|(name, error)| print_error(&format!("{name}: {error}")));
+    let failures: Vec<_> =
+        failed.iter().map(|(name, error)| (Place::from(name.as_str()), (*error).to_owned())).collect();
+    let failures = list_failures(&failures);
+    if ready.is_empty() && !failures.is_empty() {
+        return Err(failures.join("\nerror: "));
+    }
+    failures.iter().for_each(|failure| print_error(failure));
     if text::is_json() {
         let failed: Vec<_> = failed.iter().map(|(name, error)| json!({ "name": name, "error": error })).collect();
         let all = json!({ "experiments": ready, "failed": failed });

@@ -9,6 +9,7 @@ use doublet_core::load::{
     plan, stated_unit,
 };
 use doublet_core::quantity::{Role, Unit};
+use doublet_engine::{builtin, session};
 use serde_json::{Value, json};
 
 use crate::questions::list_questions;
@@ -16,7 +17,7 @@ use crate::{new, text};
 
 #[derive(Debug, Args)]
 pub struct InspectArguments {
-    /// File, or folder of one file per channel.
+    /// File, folder of one file per channel, or builtin:NAME.
     pub recording: PathBuf,
     /// Channel map (file or name of a shipped one) to apply.
     #[arg(long)]
@@ -25,10 +26,21 @@ pub struct InspectArguments {
 
 /// Prints sources, channels, units, rates, gaps and problems of a recording.
 pub fn inspect(arguments: &InspectArguments) -> Result<(), String> {
-    let probe = read_contents(&arguments.recording).map_err(|error| error.to_string())?;
+    let shipped = session::shipped(&arguments.recording);
+    let paths = shipped.map_or_else(|| Ok(vec![arguments.recording.clone()]), shipped_recordings)?;
+    let read = |path: &PathBuf| read_contents(path).map_err(|error| error.to_string());
+    let probes = paths.iter().map(read).collect::<Result<Vec<_>, String>>()?;
     if text::is_json() {
-        return text::json(&describe(&probe)?);
+        let described = probes.iter().map(describe).collect::<Result<Vec<_>, String>>()?;
+        return match described.as_slice() {
+            [one] => text::json(one),
+            several => text::json(&json!({ "version": 1, "recordings": several })),
+        };
     }
+    probes.iter().try_for_each(|probe| print_probe(probe, arguments.map.as_deref()))
+}
+
+fn print_probe(probe: &Probe, map: Option<&str>) -> Result<(), String> {
     text::line(&format!("{}: {}", probe.path.display(), probe.format));
     for source in &probe.sources {
         print_source(source);
@@ -37,10 +49,25 @@ pub fn inspect(arguments: &InspectArguments) -> Result<(), String> {
         text::line(&format!("warning: {warning}"));
     }
     probe.sources.iter().for_each(doubts);
-    if let Some(name) = &arguments.map {
-        print_plan(&probe, &new::channel_map(name)?.1);
+    if let Some(name) = map {
+        print_plan(probe, &new::channel_map(name)?.1);
     }
     Ok(())
+}
+
+/// Recordings of the session `name` that comes with the program, or the file `name` itself.
+fn shipped_recordings(name: &str) -> Result<Vec<PathBuf>, String> {
+    let prefix = builtin::PREFIX;
+    if let Some(text) = builtin::session(name) {
+        let session = session::parse(text).map_err(|error| format!("{prefix}{name}: {error}"))?;
+        let recordings = session.flights.iter().flat_map(|flight| &flight.recordings);
+        let place = |path: &str| path.strip_prefix(prefix).map_or_else(|| Ok(PathBuf::from(path)), builtin::on_disk);
+        return recordings.map(|recording| place(&recording.path)).collect();
+    }
+    let known = || {
+        format!("{prefix}{name}: shipped recording not found: use builtin:{}", builtin::sessions().join(", builtin:"))
+    };
+    Ok(vec![builtin::on_disk(name).map_err(|_| known())?])
 }
 
 fn print_source(source: &Source) {

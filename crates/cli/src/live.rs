@@ -31,9 +31,9 @@ pub struct LiveArguments {
     /// UDP address and port for MAVLink: 127.0.0.1:14550; or a telemetry log.
     #[arg(long, value_name = "ADDR:PORT")]
     pub mavlink: Option<String>,
-    /// Accept packets from this IP address only [default: all senders].
-    #[arg(long, value_name = "ADDRESS")]
-    pub from: Option<IpAddr>,
+    /// Accept packets from these IP addresses only [default: all senders]. Repeatable.
+    #[arg(long, value_name = "ADDRESS", value_delimiter = ',')]
+    pub from: Vec<IpAddr>,
     /// Session (file or builtin:NAME) for the settings; replayed without another source.
     #[arg(long)]
     pub session: Option<String>,
@@ -67,7 +67,7 @@ pub struct LiveArguments {
     /// Record all incoming data into this new folder, with a session.
     #[arg(long, value_name = "FOLDER", value_parser = output_path())]
     pub record: Option<PathBuf>,
-    /// Silence after which it ends, s; 0 for never [default: file 10, UDP 0].
+    /// Stop after this time without data, s; 0 for never [default: file 10, UDP 0].
     #[arg(long, value_name = "S")]
     pub wait: Option<f64>,
     /// Stop after this time, s.
@@ -108,7 +108,7 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
         map: arguments.map.clone(),
         aircraft: arguments.aircraft.clone(),
         campaign: arguments.campaign.clone(),
-        from: arguments.from,
+        from: arguments.from.clone(),
         wait: file_wait,
         in_memory: None,
     };

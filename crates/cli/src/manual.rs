@@ -150,7 +150,7 @@ fn search(sought: &str) -> Result<(), String> {
         text::line(&format!("{path}:{number}: {text}"));
     }
     match found.len() {
-        0 => Err(format!("'{}' not found: try one word of it", sought.to_lowercase())),
+        0 => Err(format!("'{}': no match: search for a single word", sought.to_lowercase())),
         found if found > MOST_LINES => {
             text::line(&format!("{} more: search for a longer text", found - MOST_LINES));
             Ok(())

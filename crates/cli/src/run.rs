@@ -11,7 +11,7 @@ use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, Opened, Place, Session};
 use doublet_engine::study::Study;
-use doublet_engine::verdict::Level;
+use doublet_engine::verdict::{Level, list_failures};
 
 use crate::outcome::Outcome;
 use crate::output_path::output_path;
@@ -63,7 +63,7 @@ pub fn open_to_run(path: &Path) -> Result<Opened, String> {
     if stopped.is_empty() {
         return Ok(opened);
     }
-    Err(lines(stopped.iter().map(|finding| format!("{}: {finding}", path.display()))))
+    Err(lines(stopped.iter().map(|finding| format!("{}: {finding}", path.display())).collect()))
 }
 
 /// Checks that a file to be written is neither the session or recording `source` nor what that names.
@@ -104,7 +104,7 @@ pub fn compute_session(
     let failures = snapshot.failures();
     let computed = snapshot.windows.values().any(|window| window.path.ready().is_some());
     if !(computed || failures.is_empty()) {
-        return Err(lines(failures.iter().map(line_of)));
+        return Err(lines(list_failures(&failures)));
     }
     Ok(snapshot)
 }
@@ -117,17 +117,13 @@ pub fn computed(path: &Path, studies: &[Study]) -> Result<(Session, Snapshot), S
     let (session, snapshot) = result?;
     let is_study = |(place, _): &(Place, String)| studies.iter().any(|study| place.is_named(study.name()));
     let (without, failed): (Vec<_>, Vec<_>) = failed(&snapshot).into_iter().partition(is_study);
-    failed.iter().for_each(|failure| print_error(&line_of(failure)));
-    if without.is_empty() { Ok((session, snapshot)) } else { Err(lines(without.iter().map(line_of))) }
+    list_failures(&failed).iter().for_each(|failure| print_error(failure));
+    if without.is_empty() { Ok((session, snapshot)) } else { Err(lines(list_failures(&without))) }
 }
 
 /// Everything that failed, with its place: stages, then coefficients.
 fn failed(snapshot: &Snapshot) -> Vec<(Place, String)> {
     snapshot.failures().into_iter().chain(snapshot.failed_fits()).collect()
-}
-
-fn line_of((place, error): &(Place, String)) -> String {
-    format!("{place}: {error}")
 }
 
 /// Says what could not be computed beside what could.
@@ -142,7 +138,7 @@ pub fn some_done(done: usize) -> Result<(), String> {
 
 /// Says what failed, a line each, and how the command ends by the verdict; `strict` takes a caution for bad.
 pub fn outcome(snapshot: &Snapshot, strict: bool) -> Outcome {
-    failed(snapshot).iter().for_each(|failure| print_error(&line_of(failure)));
+    list_failures(&failed(snapshot)).iter().for_each(|failure| print_error(failure));
     match snapshot.verdicts.ready().map(|verdicts| verdicts.session.level) {
         Some(Level::Caution) if strict => Outcome::Bad,
         Some(level) => level.into(),
@@ -185,8 +181,8 @@ pub fn named<T: Copy>(all: &[T], names: &[String], name: impl Fn(T) -> &'static 
 }
 
 /// Several messages as one error, a line each.
-fn lines(messages: impl Iterator<Item = String>) -> String {
-    messages.collect::<Vec<_>>().join("\nerror: ")
+fn lines(messages: Vec<String>) -> String {
+    messages.join("\nerror: ")
 }
 
 fn table_format() -> PossibleValuesParser {

@@ -53,10 +53,13 @@ mod _doublet {
     use crate::settings::{filter_names, session_schema};
     #[pymodule_export]
     use crate::statistics::{coloured_covariance, lstsq};
+    use pyo3::panic::PanicException;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         crate::attend::note_process();
+        // `python/doublet/_guard.py` makes an ordinary exception of it.
+        module.add("PanicException", module.py().get_type::<PanicException>())?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("instructions", doublet_core::reconstruct::instructions())
     }

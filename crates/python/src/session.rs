@@ -13,6 +13,7 @@ use doublet_engine::run::{Scope, Snapshot, WindowResults, run as run_stages};
 use doublet_engine::session::{self, Manoeuvre, MapRef, Session as Settings};
 use doublet_engine::stage::{AeroWindow, ReplayWindow, WindowPath};
 use doublet_engine::study::{MonteCarloRequest, Study};
+use doublet_engine::verdict::list_failures;
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -218,7 +219,7 @@ fn computed(
     if any || failures.is_empty() {
         return Ok(snapshot);
     }
-    Err(failures.iter().map(|(place, error)| format!("{place}: {error}")).collect::<Vec<_>>().join("\n"))
+    Err(list_failures(&failures).join("\n"))
 }
 
 /// A study by its name on the command line.

@@ -97,3 +97,36 @@ def test_no_panic_leaves_the_engine():
                 call()
             except db.DoubletError:
                 pass
+
+
+def test_a_panic_of_any_compiled_function_is_an_exception():
+    from doublet import _doublet, _guard
+
+    @_guard.guarded
+    def fails():
+        raise _doublet.PanicException("index out of bounds")
+
+    assert not issubclass(_doublet.PanicException, Exception)
+    with pytest.raises(db.DoubletError, match="^fails: internal error of doublet: index out of bounds; report it with the data$"):
+        fails()
+    # No function, method or attribute of the compiled part is called without the guard.
+    for name, value in vars(_doublet).items():
+        members = vars(value).items() if isinstance(value, type) and not issubclass(value, BaseException) else [(name, value)]
+        for own, member in members:
+            if own.startswith("__") or not (callable(member) or isinstance(member, (staticmethod, property))):
+                continue
+            if isinstance(member, type):
+                continue
+            call = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
+            assert hasattr(call, "__wrapped__"), f"{name}.{own}"
+
+
+def test_rates_and_forces_alone_are_refused_in_one_sentence():
+    time = np.arange(1000) * 0.02
+    still = {name: 0.1 * np.sin(time + k) for k, name in enumerate(("ax", "ay", "p", "q", "r", "delta_e"))}
+    recording = db.Recording.from_arrays(time, {**still, "az": np.full(len(time), -9.8)}, check=False)
+    session = db.Session.from_recordings(recording, windows=[(0.0, 9.0), (10.0, 19.0)])
+    for call in (lambda: db.reconstruct(recording, windows=[(0.0, 9.0), (10.0, 19.0)]), session.run):
+        with pytest.raises(db.DoubletError) as refused:
+            call()
+        assert str(refused.value).count("No flight-path measurement besides rates and forces") == 1, refused.value

@@ -39,7 +39,7 @@ enum From {
 pub struct Live {
     from: From,
     place: String,
-    sender: String,
+    senders: String,
     map: String,
     speed: f64,
     limits: String,
@@ -56,7 +56,7 @@ impl Default for Live {
         Self {
             from: From::default(),
             place: String::new(),
-            sender: String::new(),
+            senders: String::new(),
             map: String::new(),
             speed: 1.0,
             limits: String::new(),
@@ -130,7 +130,7 @@ impl Live {
                     browse(ctx, ui, FileField::LiveSource, &mut self.place);
                 }
                 if self.is_by_udp() {
-                    named_field(ui, ("Sender", "Live sender"), &mut self.sender, "any, or 192.168.1.10", 150.0);
+                    named_field(ui, ("Senders", "Live senders"), &mut self.senders, "any, or 192.168.1.10, ...", 150.0);
                 }
                 named_field(ui, ("Channel map", "Live channel map"), &mut self.map, "best fitting", 140.0);
             }
@@ -152,17 +152,20 @@ impl Live {
         matches!(self.from, From::Lines | From::Mavlink)
     }
 
-    /// The one address whose packets are accepted; none for all.
-    fn read_sender(&self) -> Result<Option<IpAddr>, String> {
-        let text = self.sender.trim();
-        if text.is_empty() || !self.is_by_udp() {
-            return Ok(None);
+    /// The addresses whose packets are accepted; none for all.
+    fn read_senders(&self) -> Result<Vec<IpAddr>, String> {
+        if !self.is_by_udp() {
+            return Ok(Vec::new());
         }
-        text.parse().map(Some).map_err(|_| format!("'{text}' is not an IP address: write one such as 192.168.1.10"))
+        let texts = self.senders.split([',', ' ']).filter(|text| !text.is_empty());
+        let one = |text: &str| {
+            text.parse().map_err(|_| format!("'{text}' is not an IP address: write one such as 192.168.1.10"))
+        };
+        texts.map(one).collect()
     }
 
     fn start(&mut self, ctx: &PanelContext<'_>, ui: &Ui) {
-        let from = match self.read_sender() {
+        let from = match self.read_senders() {
             Ok(from) => from,
             Err(line) => return self.error = Some(line),
         };

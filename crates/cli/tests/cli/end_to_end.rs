@@ -474,3 +474,17 @@ fn simulate_says_what_it_cannot_fly() {
     let text = String::from_utf8_lossy(&listed.stdout).into_owned();
     assert!(["demo", "c337f", "3-2-1-1", "multisine"].iter().all(|word| text.contains(word)), "{text}");
 }
+
+#[test]
+fn a_session_that_comes_with_the_program_is_inspected_by_its_name() {
+    let printed = crate::common::at_root::printed(&["inspect", "builtin:demo"]);
+    for file in ["bus.h5: ", "truth.h5: ", "pod.csv: ", "sensor_yoke.csv: ", "sensor_panel.csv: "] {
+        assert_eq!(printed.matches(file).count(), 1, "{file} in {printed}");
+    }
+    let all = crate::common::at_root::document(&["inspect", "builtin:demo", "--json"]);
+    assert_eq!(all["recordings"].as_array().unwrap().len(), 8, "{all}");
+    let one = crate::common::at_root::document(&["inspect", "builtin:flights/demo/pod.csv", "--json"]);
+    assert_eq!(all["recordings"][2]["sources"], one["sources"]);
+    let line = crate::common::at_root::error_line(&["inspect", "builtin:nonsense"]);
+    assert!(line.contains("builtin:nonsense: shipped recording not found: use builtin:demo"), "{line}");
+}

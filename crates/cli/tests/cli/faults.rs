@@ -10,6 +10,7 @@ use std::sync::LazyLock;
 
 use doublet_engine::session;
 
+use crate::common::disk::{Disk, Files, MODELS};
 use crate::common::{doublet, flight, root};
 
 /// Error numbers of Linux: input/output error, no space left.
@@ -19,9 +20,6 @@ const ENOSPC: i32 = 28;
 const CODES: [i32; 3] = [0, 1, 3];
 /// Samples of the flight at 100 Hz.
 const SAMPLES: u32 = 100;
-
-/// Files by their paths in a folder.
-type Files = BTreeMap<PathBuf, Vec<u8>>;
 
 /// The program that lets operations fail; none where there is no compiler or tracing is forbidden.
 static TRACER: LazyLock<Option<(tempfile::TempDir, PathBuf)>> = LazyLock::new(|| {
@@ -87,11 +85,13 @@ const LIVE: Case = Case {
     target: "day",
 };
 
+static FLIGHT: LazyLock<tempfile::TempDir> = LazyLock::new(|| flight_of(SAMPLES));
+
 /// A folder with a flight and two sessions of it.
-static FLIGHT: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+fn flight_of(samples: u32) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
-    flight::write(place, SAMPLES, |_, _| {});
+    flight::write(place, samples, |_, _| {});
     let text = std::fs::read_to_string(place.join("session.toml")).unwrap();
     std::fs::write(place.join("new.toml"), text.replace("\"long\"", "\"new\"").replace("ax = 0.02", "ax = 0.05"))
         .unwrap();
@@ -99,7 +99,7 @@ static FLIGHT: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     std::fs::write(place.join("doublet.csv"), one_manoeuvre()).unwrap();
     std::fs::rename(place.join("session.toml"), place.join("old.toml")).unwrap();
     folder
-});
+}
 
 /// Thirty seconds at 20 Hz with one manoeuvre, which `propose` finds.
 fn one_manoeuvre() -> String {
@@ -118,16 +118,20 @@ fn one_manoeuvre() -> String {
 /// The same with what the older session gave, beside files of the user.
 static RESULTS: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let folder = copied(FLIGHT.path());
-    let place = folder.path();
-    for case in CASES.iter().filter(|case| case.has_results()) {
+    add_old_results(folder.path(), CASES.iter().filter(|case| case.has_results()));
+    folder
+});
+
+/// What the older session gives of some cases, with a file of the user in each folder.
+fn add_old_results<'a>(place: &Path, cases: impl Iterator<Item = &'a Case>) {
+    for case in cases {
         let old: Vec<&str> =
             case.arguments.iter().map(|one| if *one == "new.toml" { "old.toml" } else { one }).collect();
         let output = doublet(place, &old);
         assert!(output.status.success() || output.status.code() == Some(3), "{}", said(&output));
         std::fs::write(place.join(case.target).join("notes.txt"), "of the user").unwrap();
     }
-    folder
-});
+}
 
 fn said(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr].concat()).into_owned()
@@ -293,18 +297,22 @@ fn let_operations_fail(is_wanted: impl Fn(&Case) -> bool) {
 
 /// From how many bytes on an allocation is large: a short flight has few of 1 MB.
 const LARGE_BYTES: usize = 32_768;
+/// The same of a longer flight.
+const LARGE_BYTES_LONG: usize = 1 << 20;
+/// Samples of the longer flight at 100 Hz.
+const SAMPLES_LONG: u32 = 10_000;
 
-/// Runs a case in a copy of the template, where the `which`-th large allocation fails, none for 0: the folder, the output and
-/// the number of these allocations where the program came to its end.
-fn starved(case: &Case, which: usize) -> (tempfile::TempDir, Output, Option<usize>) {
+/// Runs a case in a copy of the template, where the `which`-th allocation of so many bytes and more fails, none for 0: the folder, the
+/// output and the number of these allocations where the program came to its end.
+fn starved(case: &Case, (template, bytes): (&Path, usize), which: usize) -> (tempfile::TempDir, Output, Option<usize>) {
     let (_, library) = ALLOCATIONS.as_ref().unwrap();
-    let folder = copied(case.template());
+    let folder = copied(template);
     let counted = tempfile::NamedTempFile::new().unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_doublet-cli"))
         .args(case.arguments)
         .env("LD_PRELOAD", library)
         .env("DOUBLET_FAIL_ALLOCATION", which.to_string())
-        .env("DOUBLET_LARGE_ALLOCATION", LARGE_BYTES.to_string())
+        .env("DOUBLET_LARGE_ALLOCATION", bytes.to_string())
         .env("DOUBLET_ALLOCATIONS", counted.path())
         .current_dir(folder.path())
         .output()
@@ -316,130 +324,66 @@ fn starved(case: &Case, which: usize) -> (tempfile::TempDir, Output, Option<usiz
 /// Rust ends a program whose allocation fails: with one line and the signal SIGABRT. No file of the user is damaged.
 #[test]
 fn a_large_allocation_that_fails_leaves_the_old_session_or_the_new() {
-    let_allocations_fail(|case| !case.has_results());
+    CASES
+        .iter()
+        .filter(|case| !case.has_results())
+        .for_each(|case| let_allocations_fail(case, case.template(), LARGE_BYTES));
 }
 
 #[test]
 fn a_large_allocation_that_fails_leaves_the_old_results_or_the_new() {
-    let_allocations_fail(Case::has_results);
+    CASES
+        .iter()
+        .filter(|case| case.has_results())
+        .for_each(|case| let_allocations_fail(case, case.template(), LARGE_BYTES));
 }
 
-fn let_allocations_fail(is_wanted: impl Fn(&Case) -> bool) {
+/// Each large allocation of `run` over a hundred seconds of flight.
+#[test]
+fn an_allocation_of_1_mb_that_fails_leaves_the_old_results_or_the_new() {
+    let folder = flight_of(SAMPLES_LONG);
+    let case = CASES.iter().find(|case| case.name == "run").unwrap();
+    add_old_results(folder.path(), std::iter::once(case));
+    let_allocations_fail(case, folder.path(), LARGE_BYTES_LONG);
+}
+
+fn let_allocations_fail(case: &Case, template: &Path, bytes: usize) {
     use std::os::unix::process::ExitStatusExt;
     const SIGABRT: i32 = 6;
     if ALLOCATIONS.is_none() {
         println!("skipped: no C compiler");
         return;
     }
-    let mut faults = Vec::new();
-    for case in CASES.iter().filter(|case| is_wanted(case)) {
-        let old = of_target(case, case.template());
-        let (folder, output, count) = starved(case, 0);
-        let (new, count) = (of_target(case, folder.path()), count.unwrap_or_else(|| panic!("{}", said(&output))));
-        assert!(count > 0 || !case.has_results(), "{}: nothing was let fail", case.name);
-        let numbers = chosen(count);
-        let mut ended = 0;
-        for number in &numbers {
-            let (folder, output, _) = starved(case, *number);
-            let text = said(&output);
-            let is_ended = output.status.signal() == Some(SIGABRT);
-            ended += usize::from(is_ended);
-            let found = of_target(case, folder.path());
-            let is_whole = if case.name == "live" {
-                is_whole_recording(&folder.path().join(case.target))
-            } else {
-                (found == old || found == new).then_some(()).ok_or_else(|| "neither the old nor the new".to_owned())
-            };
-            let is_said = is_ended && text.contains("memory allocation of")
-                || output.status.code().is_some_and(|code| CODES.contains(&code));
-            if let (Err(line), _) | (Ok(()), Some(line)) = (is_whole, (!is_said).then_some(text)) {
-                faults.push(format!("{}, allocation {number}: {}: {line}", case.name, output.status));
-            }
+    let starved = |which| starved(case, (template, bytes), which);
+    let old = of_target(case, template);
+    let (folder, output, count) = starved(0);
+    let (new, count) = (of_target(case, folder.path()), count.unwrap_or_else(|| panic!("{}", said(&output))));
+    assert!(count > 0 || !case.has_results(), "{}: nothing was let fail", case.name);
+    let numbers = chosen(count);
+    let (mut faults, mut ended) = (Vec::new(), 0);
+    for number in &numbers {
+        let (folder, output, _) = starved(*number);
+        let text = said(&output);
+        let is_ended = output.status.signal() == Some(SIGABRT);
+        ended += usize::from(is_ended);
+        let found = of_target(case, folder.path());
+        let is_whole = if case.name == "live" {
+            is_whole_recording(&folder.path().join(case.target))
+        } else {
+            (found == old || found == new).then_some(()).ok_or_else(|| "neither the old nor the new".to_owned())
+        };
+        let is_said = is_ended && text.contains("memory allocation of")
+            || output.status.code().is_some_and(|code| CODES.contains(&code));
+        if let (Err(line), _) | (Ok(()), Some(line)) = (is_whole, (!is_said).then_some(text)) {
+            faults.push(format!("{}, allocation {number}: {}: {line}", case.name, output.status));
         }
-        println!(
-            "{}: {} of {count} allocations of 32 kB and more failed, {ended} ended the program",
-            case.name,
-            numbers.len()
-        );
     }
+    println!(
+        "{}: {} of {count} allocations of {bytes} bytes and more failed, {ended} ended the program",
+        case.name,
+        numbers.len()
+    );
     assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults.join("\n"));
-}
-
-/// Names and contents on a disk: as programs see them, and as they outlast a loss of power.
-#[derive(Default)]
-struct Disk {
-    names: BTreeMap<PathBuf, usize>,
-    synced_names: BTreeMap<PathBuf, usize>,
-    /// Content of each file as synced last; that of a file that never was is lost.
-    contents: Vec<String>,
-}
-
-impl Disk {
-    fn of(files: Files) -> Self {
-        let mut disk = Self::default();
-        for (path, bytes) in files {
-            let number = disk.add(String::from_utf8_lossy(&bytes).into_owned());
-            disk.names.insert(path, number);
-        }
-        disk.synced_names = disk.names.clone();
-        disk
-    }
-
-    fn add(&mut self, content: String) -> usize {
-        self.contents.push(content);
-        self.contents.len() - 1
-    }
-
-    /// Takes in a line of the log.
-    fn take(&mut self, line: &[String]) {
-        let (path, rest) = (PathBuf::from(&line[1]), &line[2..]);
-        match line[0].as_str() {
-            "open" if rest[0] == "new" => {
-                let number = self.add(String::new());
-                self.names.insert(path, number);
-            }
-            "open" if rest[0] == "empty" => {
-                let number = self.names[&path];
-                self.contents[number] = String::new();
-            }
-            "make" => {
-                let number = self.add("a folder".to_owned());
-                self.names.insert(path, number);
-            }
-            "rename" => {
-                let number = self.names.remove(&path).unwrap();
-                self.names.insert(PathBuf::from(&rest[0]), number);
-            }
-            "link" => {
-                let number = self.names[&path];
-                self.names.insert(PathBuf::from(&rest[0]), number);
-            }
-            "remove" => _ = self.names.remove(&path),
-            "sync" if rest[0] == "-1" => {
-                let is_in = |other: &Path| {
-                    other.parent().unwrap() == path || path.is_absolute() && other.components().count() == 1
-                };
-                self.synced_names.retain(|other, _| !is_in(other));
-                self.synced_names
-                    .extend(self.names.iter().filter(|(other, _)| is_in(other)).map(|(a, b)| (a.clone(), *b)));
-            }
-            "sync" => {
-                let number = self.names[&path];
-                self.contents[number].clone_from(&rest[0]);
-            }
-            _ => {}
-        }
-    }
-
-    /// Content of a file after a loss of power, where names reach the disk at once and where they do when their folder is synced.
-    fn after_loss(&self, path: &str) -> [Option<&str>; 2] {
-        [&self.names, &self.synced_names].map(|names| {
-            let is_there = |folder: &Path| folder.as_os_str().is_empty() || names.contains_key(folder);
-            let folder = Path::new(path).parent().unwrap();
-            let number = names.get(Path::new(path)).filter(|_| is_there(folder));
-            number.map(|number| self.contents[*number].as_str())
-        })
-    }
 }
 
 #[test]
@@ -453,18 +397,70 @@ fn a_loss_of_power_at_any_operation_leaves_the_old_session_or_the_new_one() {
     let new = std::fs::read_to_string(folder.path().join("save.toml")).unwrap();
     let before = files(FLIGHT.path());
     let old = String::from_utf8(before[Path::new("save.toml")].clone()).unwrap();
-    let mut disk = Disk::of(before);
+    let mut disk = Disk::of(&before, &folder.path().canonicalize().unwrap());
     let mut states = 0;
     for line in log.iter().filter(|line| line[0] != "count") {
         disk.take(line);
-        for (model, found) in disk.after_loss("save.toml").into_iter().enumerate() {
-            assert!(found == Some(&old) || found == Some(&new), "model {model} after {:?}: {found:?}", &line[..2]);
+        for model in MODELS {
+            let found = disk.content(model, "save.toml");
+            assert!(found == Some(&old) || found == Some(&new), "model {model:?} after {:?}: {found:?}", &line[..2]);
             states += 1;
         }
     }
-    assert_eq!(disk.after_loss("save.toml"), [Some(new.as_str()); 2], "saved and lost");
-    assert!(disk.after_loss("save.toml.bak").iter().all(|found| *found == Some(&old)));
+    for model in MODELS {
+        assert_eq!(disk.content(model, "save.toml"), Some(new.as_str()), "saved and lost");
+        assert_eq!(disk.content(model, "save.toml.bak"), Some(old.as_str()));
+    }
     println!("save: {states} states");
+}
+
+/// The set in a folder with the file of the user beside it is that of one run, whole, whenever the power goes.
+#[test]
+fn a_loss_of_power_at_any_operation_leaves_the_old_results_or_the_new() {
+    if TRACER.is_none() {
+        println!("skipped: no C compiler, or no process may be traced here");
+        return;
+    }
+    for case in CASES.iter().filter(|case| case.has_results()) {
+        let (folder, output, log) = traced(case, ("none", "0", 0));
+        assert!(output.status.code().is_some_and(|code| CODES.contains(&code)), "{}", said(&output));
+        let as_text = |files: Files| -> BTreeMap<PathBuf, String> {
+            files.into_iter().map(|(path, bytes)| (path, String::from_utf8_lossy(&bytes).into_owned())).collect()
+        };
+        let [old, new] = [case.template(), folder.path()].map(|place| as_text(of_target(case, place)));
+        assert_ne!(old, new, "{}", case.name);
+        let mut disk = Disk::of(&files(case.template()), &folder.path().canonicalize().unwrap());
+        let (mut states, mut faults) = (0, Vec::new());
+        let set_of = |disk: &Disk, model| -> BTreeMap<PathBuf, String> {
+            let all = disk.files(model).into_iter();
+            all.filter_map(|(path, content)| {
+                Some((path.strip_prefix(case.target).ok()?.to_owned(), content.to_owned()))
+            })
+            .collect()
+        };
+        for line in log.iter().filter(|line| line[0] != "count") {
+            disk.take(line);
+            for model in MODELS {
+                let found = set_of(&disk, model);
+                if found != old && found != new {
+                    let is_of = |set: &BTreeMap<PathBuf, String>| {
+                        found.iter().filter(|(path, text)| set.get(*path) == Some(*text)).count()
+                    };
+                    let counts = (is_of(&old), is_of(&new), old.len(), new.len());
+                    faults.push(format!(
+                        "model {model:?} after {:?}: files of old, of new, old, new: {counts:?}",
+                        &line[..2]
+                    ));
+                }
+                states += 1;
+            }
+        }
+        assert!(faults.is_empty(), "{}: {} of {states}:\n{}", case.name, faults.len(), faults.join("\n"));
+        for model in MODELS {
+            assert!(set_of(&disk, model) == new, "{}: written and lost, model {model:?}", case.name);
+        }
+        println!("{}: {states} states", case.name);
+    }
 }
 
 /// The last time in a recording, s.
@@ -481,30 +477,29 @@ fn a_loss_of_power_while_recording_leaves_a_session_with_its_rows() {
     }
     let waits = LIVE.arguments.iter().map(|one| if *one == "0.2" { "60" } else { one });
     let arguments: &'static [&'static str] = waits.chain(["--for", "12"]).collect::<Vec<_>>().leak();
-    let (_folder, output, log) = traced(&Case { arguments, ..LIVE }, ("none", "0", 0));
+    let (folder, output, log) = traced(&Case { arguments, ..LIVE }, ("none", "0", 0));
     assert!(output.status.success(), "{}", said(&output));
-    let mut disk = Disk::of(files(FLIGHT.path()));
+    let mut disk = Disk::of(&files(FLIGHT.path()), &folder.path().canonicalize().unwrap());
     let (mut states, mut sessions) = (0, 0);
     for line in log.iter().filter(|line| line[0] != "count") {
         disk.take(line);
-        let rows = disk.after_loss("day/flight.csv");
-        for (model, found) in disk.after_loss("day/session.toml").into_iter().enumerate() {
+        for model in MODELS {
             states += 1;
-            let Some(text) = found else { continue };
+            let Some(text) = disk.content(model, "day/session.toml") else { continue };
             let session =
-                session::parse(text).unwrap_or_else(|error| panic!("model {model}, {:?}: {error}", &line[..2]));
+                session::parse(text).unwrap_or_else(|error| panic!("model {model:?}, {:?}: {error}", &line[..2]));
             let end_s = session.windows.iter().map(|one| one.window.end_s).fold(f64::NEG_INFINITY, f64::max);
-            let last_s = last_time_s(rows[model].unwrap_or_default());
+            let last_s = last_time_s(disk.content(model, "day/flight.csv").unwrap_or_default());
             // A manoeuvre may end between two rows.
             assert!(
                 last_s >= end_s - 0.011,
-                "model {model} after {:?}: rows to {last_s} s, session to {end_s} s",
+                "model {model:?} after {:?}: rows to {last_s} s, session to {end_s} s",
                 &line[..2]
             );
         }
         sessions += usize::from(line[0] == "rename" && line[2].ends_with("session.toml"));
     }
     assert!(sessions >= 2, "{sessions}");
-    assert!(disk.after_loss("day/session.toml").iter().all(Option::is_some), "recorded and lost");
+    assert!(MODELS.iter().all(|model| disk.content(*model, "day/session.toml").is_some()), "recorded and lost");
     println!("live: {states} states, {sessions} sessions");
 }

@@ -87,6 +87,9 @@ fn interrupted_recording_ends_as_a_session() {
     assert!(document["findings"].is_array(), "{document}");
 }
 
+/// Updates of the doubled flight that may have findings: one for each kind of fault, and the first.
+const MOST_WITH_FINDINGS: u64 = 6;
+
 /// Rows of the flight out of order, doubled and with stray stamps, and then its clock begins anew.
 #[test]
 fn doubled_exchanged_and_stray_rows_are_counted_and_a_session_is_written() {
@@ -107,6 +110,10 @@ fn doubled_exchanged_and_stray_rows_are_counted_and_a_session_is_written() {
     // Twenty seconds, a pause of one second, twenty seconds again.
     assert!((last["time_s"].as_f64().unwrap() - 40.98).abs() < 1e-6, "{last}");
     assert!(last["findings"].to_string().contains("clock restarts in the stream: 1"), "{last}");
+    // A finding is in the update in which something changed, not in those after it.
+    let [updates, with_findings] = ["updates", "updates_with_findings"].map(|name| last[name].as_u64().unwrap());
+    println!("{with_findings} of {updates} updates have findings");
+    assert!(updates > 70 && (1..=MOST_WITH_FINDINGS).contains(&with_findings), "{with_findings} of {updates} updates");
     assert!(printed.contains("session: "), "{printed}");
     let rows = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap().lines().count();
     assert_eq!((rows("kept/flight.csv"), rows("kept/restart_1/flight.csv")), (2001, 2001));
@@ -125,14 +132,18 @@ fn watched(folder: &std::path::Path, with: &[&str]) -> (Value, String) {
     (last_with_findings(String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned)), printed)
 }
 
-/// The last update with the findings of all.
+/// The last update with the findings of all, the number of updates and of those with findings.
 fn last_with_findings(lines: impl Iterator<Item = String>) -> Value {
-    let (mut last, mut findings) = (Value::Null, Vec::new());
+    let (mut last, mut findings, mut updates, mut with_findings) = (Value::Null, Vec::new(), 0_u64, 0_u64);
     for line in lines {
         last = serde_json::from_str(&line).unwrap();
-        findings.extend(last["findings"].as_array().unwrap().iter().cloned());
+        let own = last["findings"].as_array().unwrap();
+        (updates, with_findings) = (updates + 1, with_findings + u64::from(!own.is_empty()));
+        findings.extend(own.iter().cloned());
     }
     last["findings"] = findings.into();
+    last["updates"] = Value::from(updates);
+    last["updates_with_findings"] = Value::from(with_findings);
     last
 }
 
@@ -202,28 +213,31 @@ fn removed_file_ends_after_the_wait_and_a_replaced_one_is_followed() {
 fn packets_of_other_addresses_are_left_out() {
     use std::io::{BufRead, BufReader, Read};
     use std::process::{Command, Stdio};
-    let folder = tempfile::tempdir().unwrap();
-    let mut running = Command::new(env!("CARGO_BIN_EXE_doublet-cli"))
-        .args(["live", "--udp", "127.0.0.1:0", "--from", "127.0.0.2", "--for", "2", "--record", "kept"])
-        .current_dir(folder.path())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut printed = BufReader::new(running.stderr.take().unwrap());
-    let mut line = String::new();
-    while !line.contains("listening at ") {
-        line.clear();
-        assert!(printed.read_line(&mut line).unwrap() > 0);
+    for (others, is_heard) in [(&["--from", "127.0.0.3"][..], false), (&["--from", "127.0.0.1"], true)] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut running = Command::new(env!("CARGO_BIN_EXE_doublet-cli"))
+            .args(["live", "--udp", "127.0.0.1:0", "--from", "127.0.0.2", "--for", "2", "--record", "kept"])
+            .args(others)
+            .current_dir(folder.path())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut printed = BufReader::new(running.stderr.take().unwrap());
+        let mut line = String::new();
+        while !line.contains("listening at ") {
+            line.clear();
+            assert!(printed.read_line(&mut line).unwrap() > 0);
+        }
+        let address = line.trim().rsplit(' ').next().unwrap().to_owned();
+        let socket = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+        for k in 0..100 {
+            socket.send_to(format!("{{\"time\": {}, \"p\": 0}}", 0.1 * f64::from(k)).as_bytes(), &address).unwrap();
+        }
+        running.wait().unwrap();
+        let mut rest = String::new();
+        printed.read_to_string(&mut rest).unwrap();
+        assert_eq!(rest.contains("nothing was recorded"), !is_heard, "{others:?}: {rest}");
     }
-    let address = line.trim().rsplit(' ').next().unwrap().to_owned();
-    let socket = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
-    for k in 0..100 {
-        socket.send_to(format!("{{\"time\": {}, \"p\": 0}}", 0.1 * f64::from(k)).as_bytes(), &address).unwrap();
-    }
-    let status = running.wait().unwrap();
-    let mut rest = String::new();
-    printed.read_to_string(&mut rest).unwrap();
-    assert!(!status.success() && rest.contains("nothing was recorded"), "{rest}");
 }
 
 /// A full device is an error in one line; a reader that has left is not.

@@ -81,7 +81,7 @@ pub fn pod_history(calibration: &PodCalibration, numbers: &[f64], margin: f64) -
         (
             count(&|n| n <= low),
             message!(
-                "at the lower end of its scale (alpha below {:.1} deg, too fast for the pod)",
+                "at the lower end of its scale (alpha below {:.1} deg, above the speed range of the pod)",
                 degrees(calibration, low)
             ),
         ),

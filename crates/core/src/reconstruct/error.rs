@@ -36,6 +36,8 @@ pub enum ReconstructError {
     NotPositiveDefinite { state: &'static str, time_s: f64, variance: f64 },
     #[error("innovation covariance is singular at {time_s} s; raise the measurement noise")]
     SingularInnovation { time_s: f64 },
+    #[error("the reconstruction has no result; report it with the session and its recordings")]
+    NoResult,
     /// Stopped on request.
     #[error("reconstruction cancelled")]
     Cancelled,

@@ -210,7 +210,7 @@ fn run_packed(
     watch: Watch<'_>,
 ) -> Vec<Outcome> {
     let width = width.min(widest());
-    let mut results: Vec<Outcome> = data.iter().map(|_| Err(ReconstructError::Cancelled)).collect();
+    let mut results: Vec<Outcome> = data.iter().map(|_| Err(ReconstructError::NoResult)).collect();
     let total: usize = data.iter().map(|window| window.inputs.time_s.len()).sum();
     let mut done = 0;
     for group in groups_of(width.lanes(), data) {
@@ -343,7 +343,7 @@ fn run_iterated(
         let (result, _) = window?.finish(filter.covariance(0))?;
         Ok(Pass { result, path: smoother.own.states, cost: smoother.own.cost })
     })?;
-    let found = found.ok_or(ReconstructError::Cancelled)?;
+    let found = found.ok_or(ReconstructError::NoResult)?;
     if let Method::Ukf { .. } = settings.method {
         // The filter the settings name; the passes began with an extended one.
         return Ok(Reconstruction { smoothed: found.smoothed, ..run_one::<Ukf>(data, settings, watch)? });

@@ -35,6 +35,7 @@ use crate::report;
 use crate::run::{Scope, run as run_stages};
 use crate::session::{self, Session};
 use crate::snapshot::Snapshot;
+use crate::verdict::list_failures;
 
 /// Memory for what runs share, above all recordings.
 const CACHE_BYTES: usize = 1 << 30;
@@ -94,8 +95,8 @@ fn estimates(session: &Session, job: &BatchJob, cache: &Cache) -> Result<Finishe
     }
     let scope = Scope { session, folder: &job.folder, first: None, studies: &[], cause: "batch", generation: 1 };
     let snapshot = run_stages(&scope, &Snapshot::default(), cache, &Control::default(), &|_| {});
-    let failed = snapshot.failures().into_iter().chain(snapshot.failed_fits());
-    let failed: Vec<_> = failed.map(|(place, error)| format!("{place}: {error}")).collect();
+    let failed: Vec<_> = snapshot.failures().into_iter().chain(snapshot.failed_fits()).collect();
+    let failed = list_failures(&failed);
     let results = report::build(session, &snapshot);
     let finite = |value: f64| value.is_finite().then_some(value);
     let rows = results.pooled.iter().flat_map(|fit| {

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
-use super::durable::{folder_of, sync_folder};
+use super::durable::{folder_of, sync_folder, sync_folders};
 use super::lock::{Lock, LockResult, describe_owner};
 use super::manifest::{self, MANIFEST, Manifest};
 use super::sweep::{STAGING, sweep};
@@ -191,7 +191,10 @@ impl Staging {
         if self.target.exists() {
             return Err(PutError::Foreign(self.named.display().to_string()));
         }
-        std::fs::rename(self.path(), &self.target).and_then(|()| sync_folder(folder_of(&self.target))).map_err(failed)
+        sync_folders(self.path())
+            .and_then(|()| std::fs::rename(self.path(), &self.target))
+            .and_then(|()| sync_folder(folder_of(&self.target)))
+            .map_err(failed)
     }
 
     /// Waits until nobody else puts files into the folder. Where no lock can be written there is none.
@@ -214,10 +217,11 @@ impl Staging {
 
     fn move_to_target(&mut self, plan: &Plan, files: &Manifest) -> io::Result<()> {
         if !self.target.exists() {
+            sync_folders(self.path())?;
             std::fs::rename(self.path(), &self.target)?;
         } else if self.path().parent() == Some(folder_of(&self.target))
             && self.take_along(plan).is_ok()
-            && self.exchange()
+            && self.exchange_synced()?
         {
             self.exchanged = true;
             let mut gone: BTreeSet<&str> = plan.goes.iter().map(String::as_str).collect();
@@ -243,6 +247,18 @@ impl Staging {
         let mut links = Links { plan, from: &self.target, to: self.path(), left: MOST_LINKS };
         links.folder(Path::new(""))?;
         std::fs::set_permissions(self.path(), about.permissions())
+    }
+
+    /// Exchanges staging folder and target: before it the new set is on the disk, behind it the exchange is, so that a loss of power while
+    /// the earlier files go finds one of the sets whole.
+    fn exchange_synced(&self) -> io::Result<bool> {
+        sync_folders(self.path())?;
+        let is_done = self.exchange();
+        if is_done {
+            // The files are in place whether or not the folder could be synced.
+            let _ = sync_folder(folder_of(&self.target));
+        }
+        Ok(is_done)
     }
 
     #[cfg(any(target_os = "linux", target_os = "macos"))]

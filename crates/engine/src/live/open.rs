@@ -46,7 +46,7 @@ pub struct Opening {
     /// Campaign whose limits are watched, by file or `builtin:` and a name.
     pub campaign: Option<String>,
     /// The one address whose packets are taken; none for all.
-    pub from: Option<IpAddr>,
+    pub from: Vec<IpAddr>,
     /// Time without a change after which a growing file has ended; none for never.
     pub wait: Option<Duration>,
 }
@@ -90,14 +90,14 @@ pub fn open(opening: &Opening) -> Result<Watched, String> {
         (Some(Feed::File(name)), _) => open_file(name, opening, like.as_ref(), &mut notes)?,
         (Some(Feed::Lines(address, format)), _) => {
             let map = named_map(opening)?.unwrap_or_else(by_role_names);
-            (Source::lines(address, opening.from, *format)?, map, false)
+            (Source::lines(address, &opening.from, *format)?, map, false)
         }
         (Some(Feed::Mavlink(place)), _) => {
             let (map, path) = (named_map(opening)?.map_or_else(mavlink_map, Ok)?, Path::new(place));
             if path.exists() {
                 (Source::log(path)?, map, true)
             } else {
-                (Source::mavlink(place, opening.from)?, map, false)
+                (Source::mavlink(place, &opening.from)?, map, false)
             }
         }
         (None, Some(like)) => {

@@ -80,14 +80,14 @@ impl Source {
         Ok(Self::Tail { file: file.into(), path: path.to_owned(), wait, last: Instant::now(), trouble: None })
     }
 
-    /// Lines by UDP at `address`, from one sender alone where `from` names it.
-    pub fn lines(address: &str, from: Option<IpAddr>, format: LineFormat) -> Result<Self, String> {
+    /// Lines by UDP at `address`, from the senders `from` alone where there are some.
+    pub fn lines(address: &str, from: &[IpAddr], format: LineFormat) -> Result<Self, String> {
         let (text, json) = (TextDecoder::new("stream").into(), JsonDecoder::default());
         Ok(Self::Lines { socket: Socket::listen(address, from)?, format, text, json })
     }
 
-    /// MAVLink packets by UDP at `address`, from one sender alone where `from` names it.
-    pub fn mavlink(address: &str, from: Option<IpAddr>) -> Result<Self, String> {
+    /// MAVLink packets by UDP at `address`, from the senders `from` alone where there are some.
+    pub fn mavlink(address: &str, from: &[IpAddr]) -> Result<Self, String> {
         Ok(Self::Mavlink { socket: Socket::listen(address, from)?, decoder: Box::default() })
     }
 
@@ -223,20 +223,20 @@ fn losses_of(decoder: &MavlinkDecoder) -> Option<String> {
 #[derive(Debug)]
 pub struct Socket {
     socket: UdpSocket,
-    /// The one sender whose packets are taken; none for all.
-    from: Option<IpAddr>,
+    /// The senders whose packets are taken; empty for all.
+    from: Vec<IpAddr>,
     /// Packets of others.
     foreign: u64,
 }
 
 impl Socket {
-    fn listen(address: &str, from: Option<IpAddr>) -> Result<Self, String> {
+    fn listen(address: &str, from: &[IpAddr]) -> Result<Self, String> {
         let named = |error: std::io::Error| {
             format!("{address}: {error}: give an address of this computer and a port, such as 127.0.0.1:14550")
         };
         let socket = UdpSocket::bind(address).map_err(named)?;
         socket.set_nonblocking(true).map_err(named)?;
-        Ok(Self { socket, from, foreign: 0 })
+        Ok(Self { socket, from: from.iter().map(IpAddr::to_canonical).collect(), foreign: 0 })
     }
 
     /// Takes the datagrams that wait.
@@ -258,7 +258,7 @@ impl Socket {
     }
 
     fn is_heard(&self, sender: SocketAddr) -> bool {
-        self.from.is_none_or(|from| sender.ip().to_canonical() == from.to_canonical())
+        self.from.is_empty() || self.from.contains(&sender.ip().to_canonical())
     }
 }
 

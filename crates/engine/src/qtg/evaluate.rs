@@ -33,6 +33,7 @@ use crate::stage::{
     WindowFlight, WindowPath, WindowReplay, fly_window, measured_histories, model_of_window, movement, shortfall,
     window_flight,
 };
+use crate::verdict::list_failures;
 
 /// Time before a deflection has left its rest at which it is taken to begin, s.
 const MOVING_S: f64 = 0.1;
@@ -89,10 +90,11 @@ pub fn judge(
     let publish = |snapshot: Snapshot| progress(snapshot.progress);
     let snapshot = run(&scope, &Snapshot::default(), &Cache::new(0), control, &publish);
     control.checkpoint()?;
+    let failures = list_failures(&snapshot.failures());
     if !snapshot.windows.values().any(|window| window.path.ready().is_some())
-        && let Some((place, error)) = snapshot.failures().into_iter().next()
+        && let Some(first) = failures.into_iter().next()
     {
-        return Err(format!("{place}: {error}").into());
+        return Err(first.into());
     }
     let mut found = evaluate(session, &snapshot, file)?;
     let cards = cards(&prepared, folder, &snapshot, file, &mut found.index);

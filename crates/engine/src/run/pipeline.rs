@@ -376,12 +376,11 @@ impl<'a> Run<'a> {
         let tasks = self.windows.par_iter().map(|window| self.prepare(session, window, flights));
         let tasks: Vec<_> = tasks.collect::<Result<_, _>>()?;
         let tasks: Vec<Task<'a>> = tasks.into_iter().flatten().collect();
-        let samples = tasks.iter().map(|task| task.samples.data.inputs.time_s.len());
+        let (mut known, mut missing): (Vec<_>, Vec<_>) = tasks.into_iter().partition(|task| task.path.is_ok());
+        let samples = missing.iter().map(|task| task.samples.data.inputs.time_s.len());
         if let Err(error) = stage::fit_in_memory(samples.sum()) {
-            tasks.iter().try_for_each(|task| self.fail_window(task.manoeuvre, &error))?;
-            return Ok(Vec::new());
+            missing.drain(..).try_for_each(|task| self.fail_window(task.manoeuvre, &error))?;
         }
-        let (mut known, missing): (Vec<_>, Vec<_>) = tasks.into_iter().partition(|task| task.path.is_ok());
         known.sort_by_key(|task| !self.is_looked_at(task.manoeuvre));
         self.warn_of_memory(&missing)?;
         let (sender, found) = mpsc::channel();

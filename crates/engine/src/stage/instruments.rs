@@ -333,7 +333,7 @@ fn fuel(
             };
             let tank = &probe.tank;
             warnings.push(message!(
-                "{} fuel probe insensitive or beyond its calibration for {:.0} s; {}",
+                "{} fuel probe outside its calibrated range for {:.0} s; {}",
                 tank,
                 blind_s,
                 effect

@@ -1,8 +1,6 @@
 //! Memory that manoeuvres take while they are computed, known before they are.
 
-use std::sync::LazyLock;
-
-use doublet_core::load::{available_memory, memory};
+use doublet_core::load::available_memory;
 use doublet_core::message;
 use doublet_core::message::quoted;
 
@@ -18,29 +16,30 @@ const BYTES_PER_SAMPLE: u64 = 1_200;
 const SMALL_BYTES: u64 = 100_000_000;
 const GIGABYTE: f64 = 1e9;
 
-/// Memory of the machine, or what this program may use of it.
-static MEMORY: LazyLock<Option<u64>> = LazyLock::new(memory);
-
-/// Whether the memory can hold a manoeuvre of so many samples, or several of so many together, while they are computed.
+/// Whether the memory that is available now can hold a manoeuvre of so many samples, or several of so many together, while they are
+/// computed.
 pub fn fit_in_memory(samples: usize) -> StageResult<()> {
-    fit_in(samples, *MEMORY)
+    fit_in(samples, available_memory)
 }
 
-fn fit_in(samples: usize, memory: Option<u64>) -> StageResult<()> {
-    let needed = (samples as u64).saturating_mul(MOST_BYTES_PER_SAMPLE);
-    match memory.filter(|memory| needed > *memory) {
+fn fit_in(samples: usize, available: impl FnOnce() -> Option<u64>) -> StageResult<()> {
+    let needed = (samples as u64).saturating_mul(BYTES_PER_SAMPLE);
+    if needed <= SMALL_BYTES {
+        return Ok(());
+    }
+    match available().filter(|available| needed > *available) {
         None => Ok(()),
-        Some(memory) => Err(format!(
+        Some(available) => Err(format!(
             "{samples} samples need {:.1} GB (available {:.1} GB): shorten the manoeuvre or resample",
             needed as f64 / GIGABYTE,
-            memory as f64 / GIGABYTE
+            available as f64 / GIGABYTE
         )
         .into()),
     }
 }
 
-/// That manoeuvres, given by name and number of samples, need more memory than is available now: samples times bytes per sample. None where
-/// it suffices or the system does not say what is available.
+/// That manoeuvres, given by name and number of samples, may need more memory than is available now: samples times the most bytes per
+/// sample. None where it suffices or the system does not say what is available.
 pub fn memory_finding<'a>(manoeuvres: impl Iterator<Item = (&'a str, usize)>) -> Option<Finding> {
     shortage(manoeuvres, available_memory)
 }
@@ -51,7 +50,7 @@ fn shortage<'a>(
 ) -> Option<Finding> {
     let manoeuvres: Vec<_> = manoeuvres.collect();
     let samples: usize = manoeuvres.iter().map(|(_, samples)| samples).sum();
-    let needed = (samples as u64).saturating_mul(BYTES_PER_SAMPLE);
+    let needed = (samples as u64).saturating_mul(MOST_BYTES_PER_SAMPLE);
     if needed <= SMALL_BYTES {
         return None;
     }
@@ -59,7 +58,7 @@ fn shortage<'a>(
     let (longest, _) = manoeuvres.iter().max_by_key(|(_, samples)| *samples)?;
     let (needed_gb, available_gb) = (needed as f64 / GIGABYTE, available as f64 / GIGABYTE);
     let text = message!(
-        "{} samples need about {:.1} GB (available {:.1} GB); the longest manoeuvre is {}.",
+        "{} samples need up to {:.1} GB (available {:.1} GB); the longest manoeuvre is {}.",
         samples,
         needed_gb,
         available_gb,
@@ -77,11 +76,13 @@ mod tests {
 
     #[test]
     fn a_window_beyond_the_memory_is_refused_before_it_is_computed() {
-        assert_eq!(fit_in(60_000, Some(4_000_000_000)), Ok(()));
-        assert_eq!(fit_in(4_000_000, None), Ok(()));
-        let message = fit_in(4_000_000, Some(4_000_000_000)).unwrap_err().to_string();
+        assert_eq!(fit_in(3_000_000, || Some(4_000_000_000)), Ok(()));
+        assert_eq!(fit_in(4_000_000, || None), Ok(()));
+        let message = fit_in(4_000_000, || Some(4_000_000_000)).unwrap_err().to_string();
+        // A small need does not depend on the machine.
+        assert_eq!(fit_in(80_000, || Some(0)), Ok(()));
         assert!(
-            message.contains("4000000 samples") && message.contains("7.2 GB") && message.contains("4.0 GB"),
+            message.contains("4000000 samples") && message.contains("4.8 GB") && message.contains("4.0 GB"),
             "{message}"
         );
     }
@@ -89,14 +90,14 @@ mod tests {
     #[test]
     fn manoeuvres_beyond_the_memory_available_are_a_caution() {
         let manoeuvres = || [("short", 100_000), ("long", 1_900_000)].into_iter();
-        // 2,000,000 samples of 1,200 bytes are 2.4 GB.
-        assert_eq!(shortage(manoeuvres(), || Some(2_400_000_000)), None);
+        // 2,000,000 samples of 1,800 bytes are 3.6 GB.
+        assert_eq!(shortage(manoeuvres(), || Some(3_600_000_000)), None);
         assert_eq!(shortage(manoeuvres(), || None), None);
-        let finding = shortage(manoeuvres(), || Some(2_000_000_000)).unwrap();
+        let finding = shortage(manoeuvres(), || Some(3_000_000_000)).unwrap();
         assert_eq!((finding.code, finding.level), ("memory", Level::Caution));
-        assert_eq!((finding.figure, finding.limit), (Some(2.4), Some(2.0)));
+        assert_eq!((finding.figure, finding.limit), (Some(3.6), Some(3.0)));
         assert!(finding.text.to_string().contains("'long'"), "{}", finding.text);
         // A small need does not depend on the machine.
-        assert_eq!(shortage([("small", 60_000)].into_iter(), || Some(0)), None);
+        assert_eq!(shortage([("small", 50_000)].into_iter(), || Some(0)), None);
     }
 }

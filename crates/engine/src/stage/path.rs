@@ -234,7 +234,7 @@ fn contradiction(reconstruction: &Reconstruction) -> Option<Message> {
     let found = filter_smoother_disagreement(reconstruction);
     let words = |state: &Disagreement| {
         let (name, inside) = (state.state.name(), 100.0 * state.inside);
-        message!("{} (within for {:.0} % of the samples, up to {:.1})", name, inside, state.largest)
+        message!("{} ({:.0} % within the limit, largest {:.1})", name, inside, state.largest)
     };
     let more = found.len().saturating_sub(NAMED);
     let more = if more > 0 { message!(" and {} more", more) } else { Message::default() };

@@ -118,6 +118,41 @@ fn in_words(places: &[&Place]) -> String {
     }
 }
 
+/// Places that share a sentence, by their names: `manoeuvres '01 a', '02 b'`, `CX, CY (pooled)`; beyond a few, how many more there are.
+pub fn list_places(places: &[&Place]) -> String {
+    const LISTED: usize = 6;
+    if let [place] = places {
+        return place.to_string();
+    }
+    if let Some(names) = pooled_in_words(places) {
+        return names;
+    }
+    let name = |place: &&Place| match place {
+        Place::Manoeuvre { name, part: None } => Some(format!("'{name}'")),
+        _ => None,
+    };
+    let manoeuvres: Option<Vec<String>> = places.iter().map(name).collect();
+    let (head, names) = match manoeuvres {
+        Some(names) => ("manoeuvres ", names),
+        None => ("", places.iter().map(ToString::to_string).collect()),
+    };
+    let more = names.len().saturating_sub(LISTED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{head}{}{more}", names[..names.len().min(LISTED)].join(", "))
+}
+
+/// Failures, each sentence once with the places it concerns, in the order in which they were met.
+pub fn list_failures(failures: &[(Place, String)]) -> Vec<String> {
+    let mut groups: Vec<(&str, Vec<&Place>)> = Vec::new();
+    for (place, error) in failures {
+        match groups.iter_mut().find(|(known, _)| known == error) {
+            Some((_, places)) => places.push(place),
+            None => groups.push((error, vec![place])),
+        }
+    }
+    groups.iter().map(|(error, places)| format!("{}: {error}", list_places(places))).collect()
+}
+
 /// Derivatives of pooled estimates by their names.
 fn pooled_in_words(places: &[&Place]) -> Option<String> {
     let names: Vec<&str> = places.iter().map(|place| place.pooled()).collect::<Option<_>>()?;
@@ -291,6 +326,25 @@ mod tests {
         assert_eq!(lines(&folded(["a", "b", "c"].map(offset).into())), ["in 3 manoeuvres, alpha: offset"]);
         let flight = |name: &str| (Place::flight(name), message!("late"));
         assert_eq!(lines(&folded(["a", "b", "c"].map(flight).into())), ["flight 'a' and 2 more: late"]);
+    }
+
+    #[test]
+    fn failures_that_share_a_sentence_are_one_line_with_their_places() {
+        let manoeuvres = (1..9).map(|k| (Place::manoeuvre(&format!("0{k}")), "too short".to_owned()));
+        let others = [
+            (Place::flight("F"), "no file".to_owned()),
+            (Place::derivative("CX", None), "no data".to_owned()),
+            (Place::derivative("CY", None), "no data".to_owned()),
+            (Place::in_manoeuvre("01", "alpha"), "no file".to_owned()),
+        ];
+        assert_eq!(
+            list_failures(&manoeuvres.chain(others).collect::<Vec<_>>()),
+            [
+                "manoeuvres '01', '02', '03', '04', '05', '06' and 2 more: too short",
+                "flight 'F', manoeuvre '01', alpha: no file",
+                "CX, CY (pooled): no data",
+            ]
+        );
     }
 
     #[test]

@@ -51,7 +51,7 @@ pub use calibration::{CaseCounts, calibrate_levels};
 pub use dependence::{Dependence, dependences};
 pub use findings::{findings, folded};
 pub use fixes::fixes;
-pub use fold::{Folded, fold};
+pub use fold::{Folded, fold, list_failures, list_places};
 pub(crate) use judge::NO_WINDOW;
 pub use judge::judge;
 pub use judged_flights::{JudgedFlights, fly_and_judge, judged_flights};

@@ -5,10 +5,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use doublet_engine::begin;
 use doublet_engine::graph::{Cache, Context, Control, Footprint, Stage, StageError, StageResult};
 use doublet_engine::live::{Feed, Opening};
 use doublet_engine::run::{DetailRequest, Details, Engine, InquiryRequest, LiveOrder, LiveThread, Request};
 use doublet_engine::session;
+use doublet_engine::stage::NO_PATH_MEASUREMENT;
+use doublet_engine::verdict::list_failures;
 
 use crate::live;
 
@@ -234,6 +237,45 @@ fn a_panic_of_the_experiments_is_said_in_their_rows_and_they_are_computed_again(
     ask(true);
     let found = errors();
     assert!(!found.is_empty() && found.iter().all(|line| line.contains("absent.csv")), "{found:?}");
+}
+
+/// The worker of the window on a recording of rates and forces alone: the run ends and each manoeuvre says what is missing.
+#[test]
+fn a_recording_of_rates_and_forces_alone_ends_with_what_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = "time [s],ax [m/s^2],ay [m/s^2],az [m/s^2],p [rad/s],q [rad/s],r [rad/s]\n".to_owned();
+    for k in 0..1000 {
+        let (t, turn) = (0.02 * f64::from(k), 0.1 * f64::from(k).sin());
+        text += &format!("{t:.2},{turn:.4},{turn:.4},-9.8,{turn:.4},{turn:.4},{turn:.4}\n");
+    }
+    std::fs::write(folder.path().join("inertial.csv"), text).unwrap();
+    let inspected = begin::inspect(&[folder.path().join("inertial.csv")], &Control::default(), &|_| {}).unwrap();
+    let map = inspected.guess.text().unwrap();
+    std::fs::write(folder.path().join("map.toml"), map).unwrap();
+    let session = "format = \"doublet session\"\nversion = 3\n[[flight]]\nname = \"f\"\n[[flight.recording]]\n\
+                   path = \"inertial.csv\"\nchannel_map = \"map.toml\"\n"
+        .to_owned();
+    let window = |name: &str, start: u32| {
+        format!("[[window]]\nname = \"{name}\"\nflight = \"f\"\nstart_s = {start}.0\nend_s = {}.0\n", start + 5)
+    };
+    let session = session::parse(&(session + &window("first", 1) + &window("second", 10))).unwrap();
+    let engine = Engine::start(Arc::new(Cache::new(64 << 20)), || ()).unwrap();
+    engine.request(Request {
+        session: Arc::new(session),
+        folder: folder.path().to_owned(),
+        first: None,
+        studies: Vec::new(),
+        cause: "test".to_owned(),
+        fresh: true,
+    });
+    let begun = Instant::now();
+    while engine.is_busy() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "it ends");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let lines = list_failures(&engine.snapshot().failures());
+    let [line] = &lines[..] else { panic!("{lines:?}") };
+    assert!(line.starts_with("manoeuvres 'first', 'second': ") && line.contains(NO_PATH_MEASUREMENT), "{line}");
 }
 
 #[test]

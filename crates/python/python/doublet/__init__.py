@@ -9,7 +9,7 @@ down, rudder trailing edge left are positive. Errors raise :class:`DoubletError`
 >>> results.derivatives["Cm_alpha"].value                                                              # doctest: +SKIP
 """
 
-from . import commands
+from . import _guard, commands
 from ._after import Distribution, OutputError, output_error, propagate
 from ._batch import batch
 from ._coefficients import Coefficients, coefficients

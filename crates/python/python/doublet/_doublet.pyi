@@ -11,7 +11,7 @@ _Progress: TypeAlias = Optional[Callable[[float], object]]
 _WindowRow: TypeAlias = tuple[str, float, float, Optional[str], str, str, list[tuple[float, float]]]
 
 __all__ = [
-    "Aircraft", "Coefficients", "DoubletError", "Fit", "Path", "Recording", "Results", "Session", "__version__",
+    "Aircraft", "Coefficients", "DoubletError", "Fit", "PanicException", "Path", "Recording", "Results", "Session", "__version__",
     "coloured_covariance", "command_table", "derivative_names", "design_input", "differentiate", "filter_names", "fit_function", "frequency_response",
     "guess_roles", "instructions", "lstsq", "natural_modes", "roles", "run_command", "session_schema", "simulate", "smooth", "units",
 ]
@@ -20,6 +20,8 @@ __version__: str
 instructions: str
 
 class DoubletError(ValueError): ...
+
+class PanicException(BaseException): ...
 
 @final
 class Recording:

@@ -2,6 +2,7 @@
 
 pub mod at_root;
 pub mod chain;
+pub mod disk;
 pub mod flight;
 
 use std::path::{Path, PathBuf};

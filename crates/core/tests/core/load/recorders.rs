@@ -99,6 +99,15 @@ pub fn mdf4() -> Vec<u8> {
 
 /// The same of any length.
 pub fn mdf4_of(samples: u32) -> Vec<u8> {
+    mdf4_from(samples, false)
+}
+
+/// The same with its records in two blocks, each in a list of its own; the first list leads to the second.
+fn mdf4_in_lists(samples: u32) -> Vec<u8> {
+    mdf4_from(samples, true)
+}
+
+fn mdf4_from(samples: u32, is_in_lists: bool) -> Vec<u8> {
     let mut file = joined(&[b"MDF     4.10    doublet ", &[0; 40]]);
     // Blocks are laid one behind another; links are filled in where the blocks they lead to stand already.
     let block = |file: &mut Vec<u8>, id: &str, links: &[u64], data: &[u8]| {
@@ -139,7 +148,14 @@ pub fn mdf4_of(samples: u32) -> Vec<u8> {
     let counts =
         joined(&[&[0; 8], &u64::from(samples).to_le_bytes(), &[0; 8], &14_u32.to_le_bytes(), &1_u32.to_le_bytes()]);
     let group = block(&mut file, "##CG", &[0, time, names[5], 0, 0, 0], &counts);
-    let data = block(&mut file, "##DT", &[], &records);
+    let data = if is_in_lists {
+        let (first, rest) = records.split_at(15 * (samples as usize / 2));
+        let parts = [first, rest].map(|part| block(&mut file, "##DT", &[], part));
+        let last = block(&mut file, "##DL", &[0, parts[1]], &[0; 8]);
+        block(&mut file, "##DL", &[last, parts[0]], &[0; 8])
+    } else {
+        block(&mut file, "##DT", &[], &records)
+    };
     let data_group = block(&mut file, "##DG", &[0, group, data, 0], &[0; 8]);
     let link = header as usize + 24;
     file[link..link + 8].copy_from_slice(&data_group.to_le_bytes());
@@ -195,13 +211,19 @@ fn parquet_compressed_with_brotli_is_refused_with_what_to_write() {
 /// A list of each kind that leads back to its first block: each once was followed for up to 43 s.
 #[test]
 fn mdf_links_that_lead_back_are_refused() {
-    for id in [b"##DG", b"##CG", b"##CN"] {
-        let mut bytes = mdf4();
+    for id in [b"##DG", b"##CG", b"##CN", b"##DL"] {
+        let mut bytes = mdf4_in_lists(10);
         let at = bytes.windows(4).position(|window| window == id).unwrap();
         bytes[at + 24..at + 32].copy_from_slice(&(at as u64).to_le_bytes());
         let (_folder, path) = written("circle.mf4", bytes);
-        assert!(matches!(inspect(&path), Err(LoadError::Damaged { format: Format::Mdf4, .. })));
+        let refused = inspect(&path);
+        assert!(matches!(refused, Err(LoadError::Damaged { format: Format::Mdf4, .. })), "{id:?}: {refused:?}");
     }
+    // The lists as they are lead to the same samples as one block.
+    let [(_first, whole), (_second, listed)] = [mdf4(), mdf4_in_lists(10)].map(|bytes| written("bus.mf4", bytes));
+    let [whole, listed] =
+        [whole, listed].map(|path| channel(&inspect(&path).unwrap(), "Bus", "Alpha").values().to_vec());
+    assert_eq!(whole, listed);
 }
 
 #[test]
