@@ -41,6 +41,14 @@ pub enum Scope {
     Intervals,
 }
 
+/// A candidate by its flight and the bits of its start, s.
+pub type CandidateKey = (String, u64);
+
+/// What a candidate is known by.
+pub fn key_of(candidate: &Manoeuvre) -> CandidateKey {
+    (candidate.flight.clone(), candidate.window.start_s.to_bits())
+}
+
 /// What the user looks at.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Selection {
@@ -50,6 +58,8 @@ pub struct Selection {
     pub window: Option<String>,
     /// Windows selected beside the chosen one: what is done to several is done to these too.
     pub others: BTreeSet<String>,
+    /// Candidates selected.
+    pub candidates: BTreeSet<CandidateKey>,
     /// Derivative highlighted, for example `Cm_q`.
     pub derivative: Option<String>,
     /// Estimates shown.
@@ -62,6 +72,11 @@ impl Selection {
     /// Whether the window `name` is the chosen one or selected beside it.
     pub fn is_selected(&self, name: &str) -> bool {
         self.window.as_deref() == Some(name) || self.others.contains(name)
+    }
+
+    /// Whether a candidate is selected.
+    pub fn has_candidate(&self, candidate: &Manoeuvre) -> bool {
+        self.candidates.contains(&key_of(candidate))
     }
 
     /// The windows of `session` that are selected, in its order.

@@ -140,7 +140,7 @@ fn actions(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
             "One file per channel or recorder",
             UiCommand::File(FileCommand::NewFromFolder),
         ),
-        ("Open session…", "A session file (TOML)", UiCommand::File(FileCommand::Open)),
+        ("Open session…", "A session file of doublet", UiCommand::File(FileCommand::Open)),
         (
             "Five-minute tour",
             "From recording to report on the shipped flight, with the real controls",

@@ -15,10 +15,11 @@ use eframe::egui::{
 
 use super::Workbench;
 use crate::command::{FileCommand, UiCommand};
-use crate::panels::{self, Pane, Spot};
+use crate::panels::{self, OfFlight, Pane, Spot};
 use crate::theme::{self, Palette};
+use crate::widgets::hatch::hatch;
 use crate::widgets::level_mark;
-use crate::widgets::time_plot::{time_at, x_at};
+use crate::widgets::time_plot::{mark, time_at, x_at};
 
 const HEIGHT: f32 = 58.0;
 /// Its height in a window lower than this, where the plots need the room.
@@ -27,6 +28,8 @@ const LOW_WINDOW: f32 = 780.0;
 /// Height of the lane of windows at its foot, and of a window in it.
 const LANE: f32 = 19.0;
 const BLOCK: f32 = 11.0;
+/// Room above the words of a drag that marks.
+const ABOVE_WORDS: f32 = 2.0;
 /// Least width a window is drawn and caught with.
 const LEAST_WIDTH: f32 = 3.0;
 /// Half the width in which an edge of the brush can be caught.
@@ -169,6 +172,7 @@ pub(super) fn show(app: &mut Workbench, ui: &mut Ui) {
         draw_curve(ui, upper.shrink2(vec2(0.0, 3.0)), full, &curve.line, color);
     }
     brush(app, ui, frame, full);
+    candidates(app, ui, lane, full);
     let session = Arc::clone(app.document.history.present());
     for window in session.windows.iter().filter(|window| window.flight == flight) {
         block(app, ui, (lane, full), window, &snapshot);
@@ -229,7 +233,9 @@ fn brush(app: &mut Workbench, ui: &mut Ui, frame: Rect, full: TimeRange) {
             app.state.time.zoom((WHEEL_GAIN * f64::from(wheel.y)).exp(), time_at(frame, full, at.x), now_s);
         }
     }
-    if response.drag_started_by(PointerButton::Primary)
+    if marking(app, ui, &response, frame, full) {
+        ui.data_mut(|data| data.remove::<Held>(id));
+    } else if response.drag_started_by(PointerButton::Primary)
         && let Some(at) = ui.input(|input| input.pointer.press_origin()).or(pointer)
     {
         ui.data_mut(|data| data.insert_temp(id, grip(at.x)));
@@ -263,6 +269,36 @@ fn brush(app: &mut Workbench, ui: &mut Ui, frame: Rect, full: TimeRange) {
     }
 }
 
+/// A drag with Ctrl makes a manoeuvre, with Alt it excludes a part of one, as in the plots; whether there is one.
+fn marking(app: &mut Workbench, ui: &Ui, response: &Response, frame: Rect, full: TimeRange) -> bool {
+    let Some(marked) = mark(ui, response, frame, full) else { return false };
+    let (session, snapshot) = (Arc::clone(app.document.history.present()), Arc::clone(app.snapshot()));
+    let flight = app.state.selection.flight.clone().unwrap_or_default();
+    let of = OfFlight { session: &session, snapshot: &snapshot, flight: &flight };
+    let here = |window: &&Manoeuvre| window.flight == flight && window.window.contains(marked.from_s);
+    let chosen = app.state.selection.window.as_deref().and_then(|name| session.window(name));
+    let window = chosen.filter(here).or_else(|| session.windows.iter().find(here));
+    panels::draw_marked(ui, (&[frame], full), marked.part, &of.meaning(ui, window, marked), ABOVE_WORDS);
+    if let Some(edit) = of.carry_out(&mut app.state, window, marked) {
+        app.apply(&edit);
+    }
+    true
+}
+
+/// The candidates of the flight as ghosts among its manoeuvres.
+fn candidates(app: &Workbench, ui: &Ui, lane: Rect, full: TimeRange) {
+    let flight = app.state.selection.flight.as_deref().unwrap_or_default();
+    let of = OfFlight { session: app.document.session(), snapshot: app.snapshot(), flight };
+    let range = app.state.time.range();
+    let on_screen = |one: &&Manoeuvre| one.window.start_s < range.end_s && one.window.end_s > range.start_s;
+    let open = of.open_candidates(full);
+    let asked = app.state.candidate_of(open.iter().copied().filter(on_screen));
+    let blocks = Rect::from_x_y_ranges(lane.x_range(), lane.bottom() - BLOCK - 1.0..=lane.bottom() - 1.0);
+    let is_lit =
+        |one: &Manoeuvre| asked.is_some_and(|asked| std::ptr::eq(asked, one)) || app.state.selection.has_candidate(one);
+    panels::ghosts(ui, (&[blocks], full), &open, &is_lit);
+}
+
 /// Level of a window, none where it is ignored or not judged yet.
 fn level(snapshot: &Snapshot, window: &Manoeuvre) -> Option<Level> {
     let judged = snapshot.verdicts.latest()?.windows.get(&window.name)?;
@@ -282,6 +318,10 @@ fn block(app: &mut Workbench, ui: &mut Ui, (lane, full): (Rect, TimeRange), wind
     let color = level.map_or(palette.ignored, |level| palette.of_level(level));
     let chosen = app.state.selection.is_selected(&window.name);
     draw_block(ui, rect, (level, color), chosen, palette);
+    for part in &window.excluded {
+        let x = [part.start_s, part.end_s].map(|time_s| x_at(lane, full, time_s));
+        hatch(ui, Rect::from_x_y_ranges(x[0]..=x[1], rect.y_range()).intersect(rect));
+    }
     let response = ui.interact(rect.expand2(vec2(1.0, 2.0)), Id::unique(("timeline", &window.name)), Sense::click());
     let response = response.on_hover_cursor(CursorIcon::PointingHand);
     let word = match level {
@@ -316,12 +356,19 @@ fn menu(app: &mut Workbench, response: &Response, window: Option<&Manoeuvre>, (f
     let session = Arc::clone(app.document.history.present());
     let markers_s = app.state.time.markers_s;
     let time_s = response.ctx.data(|data| data.get_temp(id));
-    let spot = Spot { session: &session, table: &app.table, window, candidate: None, time_s, markers_s };
+    let snapshot = Arc::clone(app.snapshot());
+    let flight = app.state.selection.flight.as_deref().unwrap_or_default();
+    let of = OfFlight { session: &session, snapshot: &snapshot, flight };
+    let candidate = time_s.filter(|_| window.is_none()).and_then(|time_s| of.candidate_at(time_s));
+    let spot = Spot { session: &session, table: &app.table, window, candidate, time_s, markers_s };
     let mut chosen = None;
     response.context_menu(|ui| chosen = panels::mark_menu(ui, &spot));
     let Some(command) = chosen else {
         return;
     };
+    if let Some(candidate) = candidate {
+        app.state.candidate_s = Some(candidate.window.start_s);
+    }
     if let Some(window) = window.filter(|window| !app.state.selection.is_selected(&window.name)) {
         panels::choose(&mut app.state, &session, &window.name);
     }

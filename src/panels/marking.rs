@@ -2,12 +2,14 @@
 
 use doublet_core::quantity::Role as ChannelRole;
 use doublet_engine::report::document::Figure;
+use doublet_engine::run::Snapshot;
 use doublet_engine::session::{Edit, Manoeuvre, Session, Surface, WindowEdit, WindowRole};
 use eframe::egui::{self, Align2, Color32, CornerRadius, FontId, Rect, Shape, Stroke, Ui, pos2, vec2};
 
 use crate::command::{CommandInfo, EditCommand, MarkCommand, UiCommand, ViewCommand};
-use crate::panels::{Pane, PanelContext, View};
+use crate::panels::{Pane, PanelContext, View, choose};
 use crate::theme;
+use crate::ui_state::UiState;
 use crate::widgets::hatch::hatch;
 use crate::widgets::span_editor::snapped;
 use crate::widgets::time_plot::{MarkKind, Marked, StackResponse, x_at};
@@ -15,6 +17,8 @@ use crate::widgets::time_view::TimeRange;
 
 /// Height of legend and readout at the top of a plot, points.
 const LEGEND: f32 = 24.0;
+/// Room above the words of a drag that marks, which clears the legend.
+pub const BELOW_LEGEND: f32 = 40.0;
 /// Shortest part a drag marks, s.
 const SHORTEST_S: f64 = 1e-3;
 /// How to exclude a part of a manoeuvre.
@@ -66,92 +70,175 @@ pub fn at<'a>(ctx: &PanelContext<'a>, view: View, time_s: f64) -> Option<&'a Man
 
 /// Draws over a stack what is left out, the candidates and the drag that marks; carries that out where it ends.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &Ui, view: View, response: &StackResponse) {
-    let clip = response.visible.map_or(ui.clip_rect(), |visible| visible.intersect(ui.clip_rect()));
-    let seen = |frame: &Rect| Rect::from_x_y_ranges(frame.x_range(), frame.intersect(clip).y_range());
-    let frames: Vec<Rect> = response.frames.iter().map(seen).filter(Rect::is_positive).collect();
-    let Some(first) = frames.first().copied() else { return };
-    let range = ctx.view(view).range();
-    let over = |part: TimeRange, frame: &Rect| {
-        let x = [part.start_s, part.end_s].map(|time_s| x_at(*frame, range, time_s));
-        Rect::from_x_y_ranges(x[0]..=x[1], frame.y_range()).intersect(*frame)
-    };
-    // Legend and readout at the top of a plot stay clear.
-    let below = |frame: &Rect| seen(&frame.with_min_y(frame.top() + LEGEND));
-    let clear: Vec<Rect> = response.frames.iter().map(below).filter(Rect::is_positive).collect();
-    for part in shown(ctx, view).flat_map(|window| &window.excluded) {
-        for frame in &clear {
-            hatch(ui, over(*part, frame));
-        }
+    let frames = frames_on_screen(ui, &response.frames, response);
+    if frames.is_empty() {
+        return;
     }
+    let range = ctx.view(view).range();
+    // Legend and readout at the top of a plot stay clear.
+    let below: Vec<Rect> = response.frames.iter().map(|frame| frame.with_min_y(frame.top() + LEGEND)).collect();
+    let clear = frames_on_screen(ui, &below, response);
+    for part in shown(ctx, view).flat_map(|window| &window.excluded) {
+        clear.iter().for_each(|frame| hatch(ui, over(*frame, range, *part)));
+    }
+    let flight = ctx.selection().flight.clone().unwrap_or_default();
+    let of = OfFlight { session: ctx.session, snapshot: ctx.snapshot, flight: &flight };
     if view == View::Flight {
-        candidates(ctx, ui, (&frames, range));
+        let open = of.open_candidates(range);
+        let asked = ctx.state.candidate_of(open.iter().copied());
+        ghosts(ui, (&frames, range), &open, &|one| {
+            asked.is_some_and(|asked| std::ptr::eq(asked, one)) || ctx.selection().has_candidate(one)
+        });
+        // After the edges of the others, which else run through its words.
+        if let (Some(asked), Some(frame)) = (asked, frames.first()) {
+            let left = x_at(*frame, range, asked.window.start_s).max(frame.left());
+            draw_label(ui, *frame, left, LEGEND, &format!("{}?  Y accept, N refuse", asked.name));
+        }
     }
     let Some(marked) = response.marked else { return };
-    let (text, color) = meaning(ctx, ui, view, marked);
-    for frame in &frames {
-        let rect = over(marked.part, frame);
-        ui.painter().rect_filled(rect, 0.0, color.gamma_multiply(0.18));
-        for x in [rect.left(), rect.right()] {
-            ui.painter().vline(x, rect.y_range(), Stroke::new(1.0, color));
-        }
-    }
-    draw_label(ui, first, over(marked.part, &first).left(), 40.0, &text);
-    if marked.is_done && marked.part.length_s() > SHORTEST_S {
-        carry_out(ctx, view, marked);
+    let window = at(ctx, view, marked.from_s);
+    draw_marked(ui, (&frames, range), marked.part, &of.meaning(ui, window, marked), BELOW_LEGEND);
+    if let Some(edit) = of.carry_out(ctx.state, window, marked) {
+        ctx.edit(edit);
     }
 }
 
-/// The candidates on screen as ghosts; the one that the keys accept or refuse says so.
-fn candidates(ctx: &PanelContext<'_>, ui: &Ui, (frames, range): (&[Rect], TimeRange)) {
-    let open: Vec<&Manoeuvre> = open_candidates(ctx, range).take(MOST_CANDIDATES).collect();
-    let asked = ctx.state.candidate_of(open.iter().copied());
+/// What of the frames of a stack is on screen.
+pub fn frames_on_screen(ui: &Ui, frames: &[Rect], response: &StackResponse) -> Vec<Rect> {
+    let clip = response.visible.map_or(ui.clip_rect(), |visible| visible.intersect(ui.clip_rect()));
+    let seen = |frame: &Rect| Rect::from_x_y_ranges(frame.x_range(), frame.intersect(clip).y_range());
+    frames.iter().map(seen).filter(Rect::is_positive).collect()
+}
+
+/// A part of time in a frame that shows `range`.
+pub fn over(frame: Rect, range: TimeRange, part: TimeRange) -> Rect {
+    let x = [part.start_s, part.end_s].map(|time_s| x_at(frame, range, time_s));
+    Rect::from_x_y_ranges(x[0]..=x[1], frame.y_range()).intersect(frame)
+}
+
+/// Draws a drag that marks, and in words so far below the head of the first frame what it does.
+pub fn draw_marked(
+    ui: &Ui,
+    (frames, range): (&[Rect], TimeRange),
+    part: TimeRange,
+    (text, color): &(String, Color32),
+    below: f32,
+) {
+    for frame in frames {
+        let rect = over(*frame, range, part);
+        ui.painter().rect_filled(rect, 0.0, color.gamma_multiply(0.18));
+        for x in [rect.left(), rect.right()] {
+            ui.painter().vline(x, rect.y_range(), Stroke::new(1.0, *color));
+        }
+    }
+    if let Some(first) = frames.first() {
+        draw_label(ui, *first, over(*first, range, part).left(), below, text);
+    }
+}
+
+/// The candidates as ghosts; those that the keys accept or refuse and those selected in the accent colour.
+pub fn ghosts(
+    ui: &Ui,
+    (frames, range): (&[Rect], TimeRange),
+    open: &[&Manoeuvre],
+    is_lit: &dyn Fn(&Manoeuvre) -> bool,
+) {
     let (accent, weak) = (theme::palette(ui).accent, ui.visuals().weak_text_color());
-    let mut label = None;
-    for candidate in &open {
-        let is_asked = asked.is_some_and(|asked| std::ptr::eq(asked, *candidate));
-        let color = if is_asked { accent } else { weak };
+    for candidate in open {
+        let is_lit = is_lit(candidate);
+        let color = if is_lit { accent } else { weak };
         for frame in frames {
             let painter = ui.painter().with_clip_rect(*frame);
             let TimeRange { start_s, end_s } = candidate.window;
             let [left, right] = [start_s, end_s].map(|time_s| x_at(*frame, range, time_s));
             let rect = Rect::from_x_y_ranges(left..=right, frame.y_range());
-            painter.rect_filled(rect, 0.0, color.gamma_multiply(if is_asked { 0.08 } else { 0.04 }));
+            painter.rect_filled(rect, 0.0, color.gamma_multiply(if is_lit { 0.08 } else { 0.04 }));
             for x in [left, right] {
                 let ends = [pos2(x, frame.top()), pos2(x, frame.bottom())];
                 painter.extend(Shape::dashed_line(&ends, Stroke::new(1.0, color.gamma_multiply(0.8)), 4.0, 4.0));
             }
         }
-        if is_asked && let Some(frame) = frames.first() {
-            let left = x_at(*frame, range, candidate.window.start_s).max(frame.left());
-            label = Some((*frame, left, format!("{}?  Y accept, N refuse", candidate.name)));
+    }
+}
+
+/// The flight that a plot shows, with what was computed of it.
+#[derive(Clone, Copy)]
+pub struct OfFlight<'a, 'f> {
+    pub session: &'a Session,
+    pub snapshot: &'a Snapshot,
+    pub flight: &'f str,
+}
+
+impl<'a> OfFlight<'a, '_> {
+    /// The candidates that overlap `range`, neither in the session nor refused, in the order of time.
+    pub fn open_candidates(self, range: TimeRange) -> Vec<&'a Manoeuvre> {
+        let found = self.snapshot.proposals.get(self.flight).and_then(|slot| slot.latest());
+        let found = found.map_or(&[][..], |found| &found.windows);
+        let on_screen = |window: TimeRange| window.start_s < range.end_s && window.end_s > range.start_s;
+        found
+            .iter()
+            .filter(|one| on_screen(one.manoeuvre.window) && !self.session.has_refused(&one.manoeuvre))
+            .filter(|one| one.covering_window(self.session).is_none())
+            .map(|one| &one.manoeuvre)
+            .take(MOST_CANDIDATES)
+            .collect()
+    }
+
+    /// The candidate at a time: of several the one that begins last, which lies within the others.
+    pub fn candidate_at(self, time_s: f64) -> Option<&'a Manoeuvre> {
+        let open = self.open_candidates(TimeRange { start_s: time_s, end_s: time_s });
+        open.into_iter().max_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s))
+    }
+
+    /// What a drag does that began in `window`, in words, and its colour.
+    pub fn meaning(self, ui: &Ui, window: Option<&Manoeuvre>, marked: Marked) -> (String, Color32) {
+        let palette = theme::palette(ui);
+        let length = format!("{:.2} s", marked.part.length_s());
+        match (marked.kind, window.map(|window| &window.name)) {
+            (MarkKind::Manoeuvre, _) => match overlap_text(&overlapping(self.session, self.flight, marked.part, "")) {
+                Some(shared) => (format!("New manoeuvre, {length}, {shared}"), palette.warning),
+                None => (format!("New manoeuvre, {length}"), palette.identification),
+            },
+            (MarkKind::Excluded, Some(name)) => (format!("Exclude {length} of {name}"), palette.cursor),
+            (MarkKind::Included, Some(name)) => (format!("Include {length} of {name} again"), palette.cursor),
+            (_, None) => ("No manoeuvre here".to_owned(), palette.ignored),
         }
     }
-    // After the edges of the others, which else run through its words.
-    if let Some((frame, left, text)) = label {
-        draw_label(ui, frame, left, LEGEND, &text);
+
+    /// The edit that a drag asks for which ended and began in `window`; what it changes is chosen.
+    pub fn carry_out(self, state: &mut UiState, window: Option<&Manoeuvre>, marked: Marked) -> Option<Edit> {
+        if !marked.is_done || marked.part.length_s() <= SHORTEST_S {
+            return None;
+        }
+        if marked.kind == MarkKind::Manoeuvre {
+            let loaded = self.snapshot.flights.get(self.flight).and_then(|slot| slot.latest());
+            let rate = loaded.and_then(|loaded| loaded.recording.role(ChannelRole::RollRate));
+            let samples_s = rate.map_or(&[][..], |channel| &channel.series.time_s);
+            let [start_s, end_s] = [marked.part.start_s, marked.part.end_s].map(|time_s| snapped(samples_s, time_s));
+            let window = new_window(self.session, self.flight.to_owned(), TimeRange::new(start_s, end_s));
+            state.selection.window = Some(window.name.clone());
+            return Some(Edit::Window(WindowEdit::Add(window)));
+        }
+        let window = window?;
+        // Whole milliseconds are read easily in the session file.
+        let part = TimeRange::new(to_ms(marked.part.start_s), to_ms(marked.part.end_s));
+        let excluded = match marked.kind {
+            MarkKind::Excluded => window.excluded_with(part),
+            _ => Some(window.excluded_without(part)),
+        };
+        let excluded = excluded.filter(|excluded| *excluded != window.excluded)?;
+        choose(state, self.session, &window.name);
+        Some(Edit::Window(WindowEdit::Exclude { name: window.name.clone(), excluded }))
     }
 }
 
-/// The candidates of the flight on screen that overlap `range`, neither in the session nor refused, in the order of time.
-fn open_candidates<'a>(ctx: &PanelContext<'a>, range: TimeRange) -> impl Iterator<Item = &'a Manoeuvre> {
-    let found = ctx.selection().flight.as_deref().and_then(|flight| ctx.snapshot.proposals.get(flight));
-    let found = found.and_then(|slot| slot.latest()).map_or(&[][..], |found| &found.windows);
-    let session = ctx.session;
-    let on_screen = move |window: TimeRange| window.start_s < range.end_s && window.end_s > range.start_s;
-    let open: Vec<&'a Manoeuvre> = found
-        .iter()
-        .filter(|one| on_screen(one.manoeuvre.window) && !session.has_refused(&one.manoeuvre))
-        .filter(|one| one.covering_window(session).is_none())
-        .map(|one| &one.manoeuvre)
-        .collect();
-    open.into_iter()
-}
-
-/// The candidate drawn at a time: of several the one that begins last, which lies within the others.
+/// The candidate drawn at a time.
 pub fn candidate_at<'a>(ctx: &PanelContext<'a>, view: View, time_s: f64) -> Option<&'a Manoeuvre> {
-    let here = TimeRange { start_s: time_s, end_s: time_s };
-    let is_drawn = view == View::Flight;
-    open_candidates(ctx, here).filter(|_| is_drawn).max_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s))
+    if view != View::Flight {
+        return None;
+    }
+    let flight = ctx.selection().flight.as_deref().unwrap_or_default();
+    OfFlight { session: ctx.session, snapshot: ctx.snapshot, flight }.candidate_at(time_s)
 }
 
 /// Words on a ground beside the line at `x`, on the side that has room.
@@ -163,49 +250,6 @@ fn draw_label(ui: &Ui, frame: Rect, x: f32, below: f32, text: &str) {
     let ground = Rect::from_min_size(pos2(left, frame.top() + below), size);
     ui.painter().rect_filled(ground, CornerRadius::same(3), ui.visuals().extreme_bg_color);
     ui.painter().text(ground.center(), Align2::CENTER_CENTER, text, FontId::proportional(11.0), ink);
-}
-
-/// What a drag does, in words, and its colour.
-fn meaning(ctx: &PanelContext<'_>, ui: &Ui, view: View, marked: Marked) -> (String, Color32) {
-    let palette = theme::palette(ui);
-    let length = format!("{:.2} s", marked.part.length_s());
-    let window_name = at(ctx, view, marked.from_s).map(|window| window.name.as_str());
-    let flight = ctx.selection().flight.as_deref().unwrap_or_default();
-    match (marked.kind, window_name) {
-        (MarkKind::Manoeuvre, _) => match overlap_text(&overlapping(ctx.session, flight, marked.part, "")) {
-            Some(shared) => (format!("New manoeuvre, {length}, {shared}"), palette.warning),
-            None => (format!("New manoeuvre, {length}"), palette.identification),
-        },
-        (MarkKind::Excluded, Some(name)) => (format!("Exclude {length} of {name}"), palette.cursor),
-        (MarkKind::Included, Some(name)) => (format!("Include {length} of {name} again"), palette.cursor),
-        (_, None) => ("No manoeuvre here".to_owned(), palette.ignored),
-    }
-}
-
-/// Does what a drag that ended marks.
-fn carry_out(ctx: &mut PanelContext<'_>, view: View, marked: Marked) {
-    if marked.kind == MarkKind::Manoeuvre {
-        let Some(flight) = ctx.selection().flight.clone() else { return };
-        let loaded = ctx.snapshot.flights.get(&flight).and_then(|slot| slot.latest());
-        let rate = loaded.and_then(|loaded| loaded.recording.role(ChannelRole::RollRate));
-        let samples_s = rate.map_or(&[][..], |channel| &channel.series.time_s);
-        let TimeRange { start_s, end_s } = marked.part;
-        let window =
-            new_window(ctx.session, flight, TimeRange::new(snapped(samples_s, start_s), snapped(samples_s, end_s)));
-        ctx.state.selection.window = Some(window.name.clone());
-        return ctx.edit(Edit::Window(WindowEdit::Add(window)));
-    }
-    let Some(window) = at(ctx, view, marked.from_s) else { return };
-    // Whole milliseconds are read easily in the session file.
-    let part = TimeRange::new(to_ms(marked.part.start_s), to_ms(marked.part.end_s));
-    let excluded = match marked.kind {
-        MarkKind::Excluded => window.excluded_with(part),
-        _ => Some(window.excluded_without(part)),
-    };
-    if let Some(excluded) = excluded.filter(|excluded| *excluded != window.excluded) {
-        ctx.choose(&window.name);
-        ctx.edit(Edit::Window(WindowEdit::Exclude { name: window.name.clone(), excluded }));
-    }
 }
 
 fn to_ms(time_s: f64) -> f64 {

@@ -42,7 +42,7 @@ use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, ti
 use crate::widgets::time_view::{TimeRange, TimeView};
 use crate::widgets::{EditPhase, named_id};
 pub use guarded::GuardedPanel;
-pub use marking::{Spot, menu as mark_menu, new_window, overlap_text, overlapping};
+pub use marking::{OfFlight, Spot, draw_marked, ghosts, menu as mark_menu, new_window, overlap_text, overlapping};
 pub use model::experiments::count_experiments;
 pub use overlaid::names as overlaid_names;
 pub use results::summary::{headline, judge_shown};

@@ -5,10 +5,10 @@ use eframe::egui::{self, Color32, Stroke, Ui};
 use egui_plot::{AxisHints, Bar, BarChart, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points, Polygon};
 
 use super::figure::{FigureForm, FigureRequest, printed};
-use super::named_id;
 use super::readout::readable;
 use super::stack_figure::WIDTH_MM;
 use super::ticks::{tick, ticks};
+use super::{named_id, speak_value};
 use crate::{notation, theme};
 
 /// Part of the extent left free around the data.
@@ -160,6 +160,7 @@ impl Chart {
         settle_axes(&shown.response, frame);
         let name = self.name.clone();
         shown.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &name));
+        speak_value(&shown.response, self.shown_curves());
         if let Some(at) = shown.response.hover_pos().filter(|at| frame.contains(*at)) {
             let value = shown.transform.value_from_position(at);
             let with_unit = |label: &str, value: f64| format!("{}{}", readable(value), unit_of(label));
@@ -169,11 +170,31 @@ impl Chart {
             let font = egui::FontId::proportional(10.5);
             let foot = frame.right_bottom() - egui::vec2(4.0, 2.0);
             let here = format!("{place}{between}{up}");
+            speak_value(&shown.response, self.spoken(value.x, &here));
             ui.painter().text(foot, egui::Align2::RIGHT_BOTTOM, here, font, text);
         }
         let bounds = shown.transform.bounds();
         figure_menu(&shown.response)
             .map(|form| FigureRequest { figure: self.figure(frame.size(), (bounds.min(), bounds.max())), form })
+    }
+
+    /// Axes and curves in words.
+    fn shown_curves(&self) -> String {
+        let names: Vec<&str> =
+            self.curves.iter().map(|curve| curve.name.as_str()).filter(|name| !name.is_empty()).collect();
+        format!("{} over {}: {}", self.labels[1], self.labels[0], names.join(", "))
+    }
+
+    /// The place under the cursor, and the value of each curve nearest to it across.
+    fn spoken(&self, across: f64, here: &str) -> String {
+        let unit = unit_of(&self.labels[1]);
+        let nearest = |curve: &ChartCurve| {
+            let finite = curve.points.iter().filter(|[x, y]| x.is_finite() && y.is_finite());
+            let point = finite.min_by(|a, b| (a[0] - across).abs().total_cmp(&(b[0] - across).abs()))?;
+            Some(format!("{} {}{unit}", curve.name, readable(point[1]))).filter(|_| !curve.name.is_empty())
+        };
+        let values: Vec<String> = self.curves.iter().filter_map(nearest).collect();
+        format!("at {here}: {}", values.join(", "))
     }
 
     /// Names of the curves in a line above the plot, where they cover nothing; once above charts of the same curves beside each other.

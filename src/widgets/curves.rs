@@ -5,6 +5,8 @@ use doublet_engine::stage::PhysicsRow;
 use eframe::egui::{self, Label, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
+use super::readout::readable;
+use super::speak_value;
 use crate::{notation, theme};
 
 const SIZE: [f32; 2] = [128.0, 58.0];
@@ -65,6 +67,11 @@ fn figure(ui: &mut Ui, channel: &str, when: &str, trace: &Trace) {
             }
         });
     shown.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, format!("curves of {name}")));
+    if let (Some(first), Some(last)) = (trace.time_s.first(), trace.time_s.last()) {
+        let span = format!("{first:.1} to {last:.1} s of the recording");
+        let here = shown.response.hover_pos().map(|at| shown.transform.value_from_position(at).x);
+        speak_value(&shown.response, here.map_or(span, |time_s| spoken(trace, time_s)));
+    }
     shown.response.on_hover_ui(|ui| {
         ui.colored_label(palette.series[0], format!("{channel}, {when}"));
         ui.colored_label(palette.ignored, "from the other channels");
@@ -72,4 +79,11 @@ fn figure(ui: &mut Ui, channel: &str, when: &str, trace: &Trace) {
             ui.weak(format!("{first:.1} to {last:.1} s of the recording"));
         }
     });
+}
+
+/// The values of both curves at a time.
+fn spoken(trace: &Trace, time_s: f64) -> String {
+    let at = trace.time_s.partition_point(|time| *time < time_s).min(trace.time_s.len().saturating_sub(1));
+    let value = |values: &[f64]| values.get(at).map_or_else(|| "–".to_owned(), |value| readable(*value));
+    format!("at {time_s:.2} s: {}, from the other channels {}", value(&trace.channel), value(&trace.others))
 }

@@ -12,9 +12,12 @@ use egui_plot::{
 
 use super::chart::{
     LEGEND_HEIGHT, LegendMark, RIGHT_ROOM, TICK_SPACING, figure_menu, legend_entry, marks_at, settle_axes, titled,
+    unit_of,
 };
 use super::figure::{FigureForm, FigureRequest};
 use super::matrix_view::MatrixView;
+use super::readout::readable;
+use super::speak_value;
 use super::ticks::{inner_ticks, ticks};
 use crate::{notation, theme};
 
@@ -148,6 +151,12 @@ fn axes(ui: &mut Ui, id: Id, plot: &Axes, height: f64) -> Option<FigureForm> {
     });
     settle_axes(&shown.response, *shown.transform.frame());
     shown.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("figure of {}", plot.y.title())));
+    let (x, y) = (plot.x.title(), plot.y.title());
+    let spoken = match shown.response.hover_pos().map(|at| shown.transform.value_from_position(at)) {
+        Some(at) => format!("at {}{}, {}{}", readable(at.x), unit_of(&x), readable(at.y), unit_of(&y)),
+        None => format!("{y} over {x}"),
+    };
+    speak_value(&shown.response, spoken);
     figure_menu(&shown.response)
 }
 

@@ -6,6 +6,7 @@ use eframe::egui::{Align2, Mesh, Rect, Role, Sense, Shape, Stroke, StrokeKind, U
 use super::chart::figure_menu;
 use super::figure::{FigureRequest, printed};
 use super::hatch::hatch;
+use super::speak_value;
 use super::time_plot::{VALUE_AXIS_WIDTH, x_at};
 use super::time_view::TimeRange;
 use crate::{notation, theme};
@@ -86,7 +87,9 @@ impl HeatStrips<'_> {
             let (name, values) = &self.rows[row];
             let (from, to) = (notation::fixed(self.edges_s[at], 2), notation::fixed(self.edges_s[at + 1], 2));
             let share = notation::fixed(100.0 * values[at], 1);
-            response.on_hover_text_at_pointer(format!("{from} to {to} s: {share} % of the information on {name}"));
+            let text = format!("{from} to {to} s: {share} % of the information on {name}");
+            speak_value(&response, text.clone());
+            response.on_hover_text_at_pointer(text);
         }
         form.map(|form| FigureRequest { figure: self.figure(ui), form })
     }

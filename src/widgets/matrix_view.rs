@@ -8,6 +8,7 @@ use eframe::egui::{
 
 use super::chart::figure_menu;
 use super::figure::FigureRequest;
+use super::speak_value;
 use super::stack_figure::WIDTH_MM;
 use crate::notation;
 use crate::theme::{self, Palette};
@@ -134,7 +135,9 @@ impl MatrixView<'_> {
         ui.painter().rect_stroke(under, 0.0, Stroke::new(1.5, ui.visuals().strong_text_color()), StrokeKind::Outside);
         let value = self.values[row * size + column];
         let value = notation::fixed(value, 4);
-        response.on_hover_text_at_pointer(format!("{} × {}:  {value}", self.labels[row], self.labels[column]));
+        let text = format!("{} × {}:  {value}", self.labels[row], self.labels[column]);
+        speak_value(&response, text.clone());
+        response.on_hover_text_at_pointer(text);
     }
 
     /// The matrix for a page.

@@ -51,6 +51,11 @@ pub fn named_id(ctx: &Context, name: impl Hash + Debug) -> Id {
     if is_second { id.with("second") } else { id }
 }
 
+/// Says the value under the cursor to those who cannot see it.
+pub fn speak_value(response: &egui::Response, value: String) {
+    response.ctx.accesskit_node_builder(response.id, |node| node.set_value(value));
+}
+
 /// Where an edit stands. A drag is `Begin`, any number of `Change`s, then `Commit` or `Cancel`; a typed value is a
 /// `Commit` alone. Everything from `Begin` to `Commit` is one step of undo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

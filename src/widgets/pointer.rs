@@ -138,7 +138,7 @@ pub struct Marked {
 }
 
 /// A drag of the primary button with Ctrl or Alt marks a part of time; Escape gives it up.
-fn mark(ui: &Ui, response: &egui::Response, frame: Rect, range: TimeRange) -> Option<Marked> {
+pub fn mark(ui: &Ui, response: &egui::Response, frame: Rect, range: TimeRange) -> Option<Marked> {
     let id = response.id.with("mark");
     if response.drag_started_by(PointerButton::Primary) {
         let modifiers = ui.input(|input| input.modifiers);

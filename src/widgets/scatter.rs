@@ -9,7 +9,7 @@ use egui_plot::{AxisHints, Plot, PlotPoint};
 
 use super::chart::{RIGHT_ROOM, TICK_SPACING, settle_axes, titled, unit_of};
 use super::ticks::ticks;
-use super::{level_mark, named_id};
+use super::{level_mark, named_id, speak_value};
 use crate::theme;
 
 /// Part of the extent left free around the marks.
@@ -33,6 +33,8 @@ pub struct ScatterMark {
     pub radius: f32,
     /// Name for screen readers.
     pub label: String,
+    /// Its place in words, for screen readers.
+    pub value: String,
 }
 
 /// What lasts from frame to frame.
@@ -157,6 +159,7 @@ impl Scatter {
             // Clicked and not stopped at by Tab: the arrow keys walk through them.
             let response = ui.interact(rect, ui.scope_id().with(("mark", at)), Sense::CLICK);
             response.widget_info(|| WidgetInfo::selected(Role::Button, true, mark.is_selected, &mark.label));
+            speak_value(&response, mark.value.clone());
             if response.clicked() {
                 clicked = Some((at, ui.input(|input| input.modifiers)));
                 self.at = Some(at);

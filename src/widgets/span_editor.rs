@@ -7,6 +7,7 @@ use eframe::egui::{
 };
 
 use super::EditPhase;
+use super::hatch::hatch;
 use super::pointer::box_part;
 use super::snap::{SNAP_REACH, SnapPoint, to_point};
 use super::time_plot::{time_at, x_at};
@@ -33,6 +34,8 @@ pub struct SpanItem<'a> {
     pub label: &'a str,
     /// What hovering says about it; may be empty.
     pub note: &'a str,
+    /// Parts of it that are left out, hatched.
+    pub excluded: &'a [TimeRange],
     /// Colour of its role.
     pub color: Color32,
     /// Can be selected but not moved.
@@ -151,18 +154,22 @@ pub fn span_lane(ui: &mut Ui, id: Id, lane: &Lane<'_>, spans: &[SpanItem<'_>]) -
         if shown.right() < clip.left() - EDGE_REACH || shown.left() > clip.right() + EDGE_REACH {
             continue;
         }
-        draw_span(ui, clip, shown, span);
+        draw_span(ui, (clip, shown), lane, span);
         event = catch(ui, id, lane, clip, shown, span).or(event);
     }
     event
 }
 
 /// Fill, outline and text of one span.
-fn draw_span(ui: &Ui, clip: Rect, shown: Rect, span: &SpanItem<'_>) {
+fn draw_span(ui: &Ui, (clip, shown): (Rect, Rect), lane: &Lane<'_>, span: &SpanItem<'_>) {
     let painter = ui.painter().with_clip_rect(clip);
     let (fill, line) = if span.selected { (0.75, 1.0) } else { (0.40, 0.7) };
     let corner = CornerRadius::same(3);
     painter.rect_filled(shown, corner, span.color.gamma_multiply(fill));
+    for part in span.excluded {
+        let x = [part.start_s, part.end_s].map(|time_s| x_at(lane.frame, lane.range, time_s));
+        hatch(ui, Rect::from_x_y_ranges(x[0]..=x[1], shown.y_range()).intersect(clip));
+    }
     painter.rect_stroke(shown, corner, Stroke::new(1.0, span.color.gamma_multiply(line)), StrokeKind::Inside);
     if span.overlaps {
         let strip = Rect::from_x_y_ranges(shown.x_range(), shown.top()..=shown.top() + OVERLAP_HEIGHT);

@@ -11,7 +11,7 @@ use super::figure::FigureRequest;
 use super::plot_cache::Drawn;
 pub use super::plot_cache::PlotCache;
 use super::pointer::{Area, Values, interact, plot_menu, time_axis, value_axis};
-pub use super::pointer::{MarkKind, Marked, StackMenu, StackResponse, step_markers};
+pub use super::pointer::{MarkKind, Marked, StackMenu, StackResponse, mark, step_markers};
 use super::readout::{self, readable, value_of, with_band};
 use super::stack_figure::stack_figure;
 use super::ticks::{draw_time_axis, inner_ticks, tick, ticks};

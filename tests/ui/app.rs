@@ -8,7 +8,7 @@ use doublet::command::{HelpCommand, UiCommand, ViewCommand};
 use doublet::panels::Pane;
 use egui::{Key, Modifiers, ThemePreference};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 
 use crate::workbench::Bench;
 use crate::{builder, click, overview, picture, widget_harness};
@@ -159,4 +159,40 @@ fn without_a_display_one_line_names_the_command_that_needs_none() {
     assert!(!output.status.success());
     assert_eq!(message.lines().count(), 1, "{message}");
     assert!(message.contains("display") && message.contains("doublet run"), "{message}");
+}
+
+#[test]
+fn tab_goes_through_the_main_frame_from_the_top_and_stops_nowhere_twice() {
+    let mut bench = Bench::open();
+    let focused = |bench: &Bench<'_>| {
+        let root = bench.harness.root();
+        let mut all = vec![root];
+        let mut found = None;
+        while let Some(node) = all.pop() {
+            if node.accesskit_node().is_focused() {
+                let node_of = node.accesskit_node();
+                found = Some((node_of.label().or(node_of.value()).unwrap_or_default(), node.rect()));
+            }
+            all.extend(node.children());
+        }
+        found
+    };
+    let mut stops: Vec<(String, egui::Rect)> = Vec::new();
+    for _ in 0..40 {
+        bench.harness.key_press(egui::Key::Tab);
+        bench.harness.run_steps(2);
+        stops.extend(focused(&bench));
+    }
+    assert!(stops.len() >= 38, "{}", stops.len());
+    // The bar of tabs itself has none; its first tab, where it begins, is the next stop.
+    let named = |pair: &[(String, egui::Rect)]| !pair[0].0.is_empty() || pair[0].1.min == pair[1].1.min;
+    assert!(stops.windows(2).all(named), "{stops:?}");
+    let mut seen = std::collections::BTreeSet::new();
+    let again: Vec<_> =
+        stops.iter().filter(|(name, rect)| !seen.insert(format!("{name} {:?}", rect.center()))).collect();
+    assert!(again.is_empty(), "{again:?}");
+    // The menus come first, from left to right; the bar of steps before the panels.
+    let first: Vec<f32> = stops.iter().take(4).map(|(_, rect)| rect.left()).collect();
+    assert!(first.is_sorted(), "{stops:?}");
+    assert!(stops[0].1.top() < 40.0, "{stops:?}");
 }

@@ -1,5 +1,6 @@
 //! Excluded parts are hatched wherever a manoeuvre is drawn over its time.
 
+use doublet::command::{EditCommand, UiCommand};
 use doublet::panels::Pane;
 use doublet::widgets::heat_strip::HeatStrips;
 use doublet::widgets::time_view::TimeRange;
@@ -9,7 +10,7 @@ use egui_kittest::kittest::Queryable;
 use image::RgbaImage;
 
 use crate::workbench::Bench;
-use crate::{picture, widget_harness};
+use crate::{copied_data, picture, widget_harness};
 
 /// The manoeuvre of the small flight, and the part of it that is excluded, s.
 const MANOEUVRE_S: [f64; 2] = [5.0, 25.0];
@@ -92,4 +93,59 @@ fn strips_of_information_are_hatched_inside_the_excluded_part() {
     assert!(differing(&whole, &hatched, part) > 100);
     let behind = Rect::from_min_max(pos2(part.right() + 2.0, frame.top()), frame.max);
     assert_eq!(differing(&whole, &hatched, behind), 0);
+}
+
+/// Excludes the part of the small flight's manoeuvre; pictures before and after.
+fn exclude(bench: &mut Bench<'_>, name: &str) -> (RgbaImage, RgbaImage) {
+    bench.harness.hover_at(pos2(2.0, 2.0));
+    bench.harness.run_steps(3);
+    let before = picture(&mut bench.harness, &format!("{name}_whole"));
+    let excluded = vec![TimeRange { start_s: EXCLUDED_S[0], end_s: EXCLUDED_S[1] }];
+    bench.harness.state_mut().apply(&Edit::Window(WindowEdit::Exclude { name: "first".to_owned(), excluded }));
+    bench.settle();
+    (before, picture(&mut bench.harness, &format!("{name}_excluded")))
+}
+
+#[test]
+fn the_strip_and_the_bar_hatch_the_excluded_part_of_a_manoeuvre() {
+    let mut bench = Bench::open();
+    let share = |rect: Rect, from: f32, to: f32| {
+        let x = |share: f32| rect.left() + share * rect.width();
+        Rect::from_x_y_ranges(x(from)..=x(to), rect.shrink(3.0).y_range())
+    };
+    let bar = bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "first").rect();
+    // What catches the pointer is a point wider and two higher than what is drawn.
+    let strip = bench.harness.get_by_label_contains("timeline first:").rect().shrink2(vec2(1.0, 2.0));
+    let (before, after) = exclude(&mut bench, "lanes");
+    for rect in [bar, strip] {
+        assert!(differing(&before, &after, share(rect, 0.3, 0.45)) > 10, "{rect:?}");
+    }
+    // The strip's colour follows the verdict, the bar's does not.
+    assert_eq!(differing(&before, &after, share(bar, 0.6, 0.95)), 0);
+}
+
+#[test]
+fn the_cross_plot_names_what_is_excluded() {
+    let mut bench = Bench::open();
+    exclude(&mut bench, "cross");
+    bench.show(Pane::CrossPlot);
+    assert!(bench.harness.query_by_label("legend excluded").is_some());
+    picture(&mut bench.harness, "cross_plot_excluded");
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert!(bench.harness.query_by_label("legend excluded").is_none());
+}
+
+#[test]
+fn the_ground_track_draws_what_is_excluded_apart() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::GroundTrack);
+    let window = bench.session().windows[0].clone();
+    let (start_s, length_s) = (window.window.start_s, window.window.length_s());
+    let excluded = vec![TimeRange { start_s: start_s + 0.2 * length_s, end_s: start_s + 0.8 * length_s }];
+    let apart = format!("{}, excluded", window.name);
+    let at = bench.harness.get_by_label("ground track").rect().center();
+    assert!(!copied_data(&mut bench.harness, at).contains(&apart));
+    bench.harness.state_mut().apply(&Edit::Window(WindowEdit::Exclude { name: window.name, excluded }));
+    bench.settle();
+    assert!(copied_data(&mut bench.harness, at).contains(&apart));
 }

@@ -6,7 +6,7 @@ use doublet_core::atmos::Atmosphere;
 use doublet_engine::report::{MapOf, MapRow, manoeuvre_map};
 use doublet_engine::session::WindowRole;
 use egui::{Key, Modifiers, Pos2, ThemePreference, vec2};
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 
 use crate::manoeuvres::bench;
 use crate::painted::faults;
@@ -171,4 +171,29 @@ fn map_of_the_shipped_flight_fits_a_laptop_and_is_a_figure() {
     bench.harness.set_size(vec2(1920.0, 1080.0));
     bench.settle();
     picture(&mut bench.harness, "map_1920");
+}
+
+#[test]
+fn marks_speak_their_coordinates_and_selected_candidates_are_of_the_shared_selection() {
+    let mut bench = bench();
+    bench.show(Pane::ManoeuvreMap);
+    let is_mark = |label: &str| label.starts_with("mark ") || label.starts_with("candidate ");
+    let marks = bench.harness.query_all_by_label_contains("a").filter_map(|node| {
+        let node = node.accesskit_node();
+        Some((node.label()?, node.value().unwrap_or_default()))
+    });
+    let marks: Vec<(String, String)> = marks.filter(|(label, _)| is_mark(label)).collect();
+    assert!(marks.len() > 1, "{marks:?}");
+    assert!(marks.iter().all(|(_, value)| value.contains(" m/s") && value.contains(" deg")), "{marks:?}");
+    let candidate = marks.iter().find(|(label, _)| label.starts_with("candidate ")).expect("one is open").0.clone();
+    bench.harness.get_by_label(&candidate).click();
+    bench.settle();
+    let selection = bench.harness.state().state.selection.clone();
+    let found = bench.snapshot().proposals["flight"].ready().expect("the flight was looked through").windows.clone();
+    let selected: Vec<_> = found.iter().filter(|one| selection.has_candidate(&one.manoeuvre)).collect();
+    assert!(
+        matches!(selected[..], [one] if candidate.contains(&one.manoeuvre.name)),
+        "{candidate}: {}",
+        selected.len()
+    );
 }

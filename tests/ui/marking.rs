@@ -224,3 +224,78 @@ fn a_manoeuvre_that_overlaps_another_is_announced_until_it_is_moved_away() {
     bench.settle();
     assert!(!said(&bench), "manoeuvres that touch share nothing");
 }
+
+impl Bench<'_> {
+    /// A place in the strip of the whole flight.
+    fn in_strip(&self, time_s: f64) -> Pos2 {
+        let rect = self.harness.get_by_label("timeline of the whole flight").rect();
+        let full = self.harness.state().state.time.full();
+        let share = (time_s - full.start_s) / full.length_s();
+        egui::pos2(rect.left() + rect.width() * share as f32, rect.top() + 10.0)
+    }
+}
+
+#[test]
+fn drags_in_the_strip_mark_as_in_the_plots_and_its_menu_has_the_candidate() {
+    let mut bench = bench();
+    let range = bench.harness.state().state.time.range();
+    let (from, to) = (bench.in_strip(36.0), bench.in_strip(42.0));
+    bench.held(CTRL, |bench| {
+        hold(&mut bench.harness, from, to, 6);
+        picture(&mut bench.harness, "marking_strip");
+        bench.harness.drop_at(to);
+        bench.harness.run_steps(2);
+    });
+    assert_eq!(bench.session().windows.len(), 2);
+    assert!(covers(bench.window(1).window, 36.0, 42.0), "{:?}", bench.window(1).window);
+    assert_eq!(bench.harness.state().state.time.range(), range, "the part on screen stays");
+    bench.undo();
+    let (from, to) = (bench.in_strip(12.0), bench.in_strip(16.0));
+    bench.held(Modifiers::ALT, |bench| drag(&mut bench.harness, from, to, 6));
+    let [part] = bench.window(0).excluded[..] else { panic!("{:?}", bench.window(0).excluded) };
+    assert!(covers(part, 12.0, 16.0), "{part:?}");
+    let found = bench.snapshot().proposals["flight"].ready().expect("the flight was looked through").windows.clone();
+    let open = found.iter().find(|one| one.covering_window(bench.session()).is_none()).expect("one is open");
+    let TimeRange { start_s, end_s } = open.manoeuvre.window;
+    let at = bench.in_strip(0.5 * (start_s + end_s));
+    secondary_click(&mut bench.harness, at);
+    bench.choose_containing("Accept candidate");
+    assert_eq!(bench.window(1).window, open.manoeuvre.window);
+}
+
+#[test]
+fn manoeuvres_over_each_other_are_marked_at_the_time_from_their_onset() {
+    let mut bench = bench();
+    bench.show(Pane::Gallery);
+    bench.choose("Over each other");
+    let start_s = bench.first().start_s;
+    let found = bench.snapshot().proposals["flight"].ready().expect("the flight was looked through").windows.clone();
+    let onsets = found.iter().map(|one| one.onset_s).filter(|onset_s| bench.first().contains(*onset_s));
+    let onset_s = onsets.fold(f64::INFINITY, f64::min);
+    let onset_s = if onset_s.is_finite() { onset_s } else { start_s };
+    // The plots show all of the manoeuvre, from the left end of the frame to the right one.
+    let head = bench.harness.get_by_label("Signals").rect();
+    let plots = bench.harness.query_all_by_label_contains("plot: ").map(|plot| plot.rect());
+    let below = plots.filter(|plot| plot.top() > head.bottom() && plot.left() > head.left());
+    let plot = below.min_by(|a, b| a.top().total_cmp(&b.top())).expect("there is a plot");
+    let at = |bench: &Bench<'_>, time_s: f64| {
+        let part = bench.first();
+        let share = (time_s - part.start_s) / (part.end_s - part.start_s);
+        egui::pos2(plot.left() + plot.width() * share as f32, plot.center().y)
+    };
+    let (from, to) = (at(&bench, 12.0), at(&bench, 16.0));
+    bench.held(Modifiers::ALT, |bench| {
+        hold(&mut bench.harness, from, to, 6);
+        picture(&mut bench.harness, "marking_over");
+        bench.harness.drop_at(to);
+        bench.harness.run_steps(2);
+    });
+    let [part] = bench.window(0).excluded[..] else { panic!("{:?}", bench.window(0).excluded) };
+    assert!(covers(part, 12.0, 16.0), "{part:?} with the onset at {onset_s} s");
+    let middle = at(&bench, 20.0);
+    secondary_click(&mut bench.harness, middle);
+    picture(&mut bench.harness, "marking_over_menu");
+    bench.choose_containing("Split manoeuvre here");
+    assert_eq!(bench.session().windows.len(), 2);
+    assert!(is_near(bench.first().end_s, 20.0), "{:?}", bench.first());
+}

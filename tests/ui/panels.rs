@@ -360,7 +360,7 @@ fn noise_panel_tells_what_the_window_does_not_and_marks_what_differs_from_the_pr
     for channel in &consistency.channels {
         let odd = channel.has_offset() || channel.is_correlated();
         let fits = (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&channel.deviation_ratio);
-        assert_eq!(channel.is_consistent(), fits && !odd, "{}", channel.advice);
+        assert_eq!(channel.is_consistent(), fits && !odd, "{}", channel.deviation_ratio);
         let mark = if odd { " ∿" } else { "" };
         let shown = format!("×{}{mark}", doublet::notation::fixed(channel.deviation_ratio, 2));
         assert!(bench.harness.query_all_by_label(&shown).next().is_some(), "{shown}");

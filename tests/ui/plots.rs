@@ -82,6 +82,7 @@ impl Bench {
             part,
             label,
             note: "",
+            excluded: &[],
             color,
             still: false,
             locked: false,

@@ -77,7 +77,7 @@ impl Page {
 fn step_words(level: Level) -> &'static str {
     match level {
         Level::Good => "complete",
-        Level::Caution => "something is in doubt: look here",
+        Level::Caution => "check needed",
         Level::Bad => "incomplete: Create needs it",
     }
 }

@@ -234,7 +234,7 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
     }
     choosing.first_field = Some(combo.response.id);
     combo.response.on_hover_text(about);
-    if ui.button("Aircraft file…").on_hover_text("An aircraft file of your own (TOML)").clicked() {
+    if ui.button("Aircraft file…").on_hover_text("An aircraft file of your own").clicked() {
         answer = Answer::AskAircraft;
     }
     let own =

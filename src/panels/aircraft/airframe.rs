@@ -98,7 +98,7 @@ impl Airframe {
 
 /// The button that asks for an aircraft file.
 fn ask_file(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-    if ui.button("Aircraft file…").on_hover_text("An aircraft file of your own (TOML)").clicked() {
+    if ui.button("Aircraft file…").on_hover_text("An aircraft file of your own").clicked() {
         ctx.commands.push(UiCommand::File(FileCommand::UseAircraft));
     }
 }

@@ -97,11 +97,8 @@ fn advice(ctx: &PanelContext<'_>, path: &WindowPath, ui: &mut Ui) {
     let advised: Vec<_> = channels
         .iter()
         .map(|channel| {
-            // The first column names the measurement, as everywhere.
-            let named = format!("{}: ", channel.measurement.name());
-            let alone = || channel.advice.strip_prefix(&named).unwrap_or(&channel.advice).to_owned();
             let advice = noise_advice::find(ctx, channel.measurement);
-            let advice = advice.map_or_else(alone, |advice| noise_advice::advice_text(ctx, advice));
+            let advice = advice.map_or_else(String::new, |advice| noise_advice::advice_text(ctx, advice));
             let mut job = notation::typeset_in(&advice, 12.5, consistency_color(ui, channel));
             job.wrap.max_width = width;
             ui.painter().layout_job(job)

@@ -330,11 +330,14 @@ impl<'a> Row<'a> {
             (None, None) => {}
         }
         if let Some(channel) = self.mark {
-            let hover = advice.map_or_else(|| channel.advice.clone(), |advice| noise_advice::advice_text(ctx, advice));
+            let hover = advice.map_or_else(String::new, |advice| noise_advice::advice_text(ctx, advice));
             let color = consistency_color(ui, channel);
             let wave = if channel.is_correlated() || channel.has_offset() { " ∿" } else { "" };
             let text = format!("×{}{wave}", notation::fixed(channel.deviation_ratio, 2));
-            ui.label(RichText::new(text).color(color).size(11.0)).on_hover_text(hover);
+            let label = ui.label(RichText::new(text).color(color).size(11.0));
+            if !hover.is_empty() {
+                label.on_hover_text(hover);
+            }
         }
         ui.end_row();
     }

@@ -1,6 +1,7 @@
 //! Words and buttons of the advice on the noise of a measurement: both estimates, the NIS each gives, the reason where they differ.
 
 use doublet_core::reconstruct::Measurement;
+use doublet_core::reconstruct::consistency::WORTH_CHANGING;
 use doublet_engine::session::{Edit, NoiseChannel};
 use doublet_engine::stage::{NoiseAdvice, NoiseEstimate, NoiseStep};
 use eframe::egui::{self, Button, RichText, Ui};
@@ -14,15 +15,16 @@ pub fn find<'a>(ctx: &PanelContext<'a>, measurement: Measurement) -> Option<&'a 
     ctx.details()?.noise.iter().find(|advice| advice.measurement == measurement)
 }
 
+/// The noise of a measurement by the innovations of all manoeuvres, SI.
+fn of_all(ctx: &PanelContext<'_>, measurement: Measurement) -> Option<f64> {
+    let all = &ctx.details()?.noise_of_all;
+    all.iter().find(|(of, _)| *of == measurement).map(|(_, std)| *std)
+}
+
 /// A deviation with its unit.
 fn with_unit(ctx: &PanelContext<'_>, measurement: Measurement, std: f64) -> String {
     let (unit, scale) = ctx.unit(measurement.dimension());
     format!("{} {unit}", notation::number(scale * std))
-}
-
-/// An estimate with its unit and the NIS ratio of its measurement.
-fn with_nis(ctx: &PanelContext<'_>, advice: &NoiseAdvice, estimate: NoiseEstimate) -> String {
-    format!("{} (NIS ratio {})", with_unit(ctx, advice.measurement, estimate.std), nis(estimate))
 }
 
 fn nis(estimate: NoiseEstimate) -> String {
@@ -34,84 +36,52 @@ const NIS_RATIO: &str = "NIS ratio: squared innovation of this measurement over 
 
 /// What to do, and why.
 pub fn advice_text(ctx: &PanelContext<'_>, advice: &NoiseAdvice) -> String {
-    let estimate_text = |estimate| with_nis(ctx, advice, estimate);
-    let reason = &advice.reason;
-    let because = if reason.is_empty() { String::new() } else { format!(": {reason}") };
-    match (advice.step, advice.innovations, advice.steady) {
-        (NoiseStep::Differ, Some(one), Some(other)) => {
-            let step = match advice.recommended() {
-                Some(set) => format!("Set {}", with_unit(ctx, advice.measurement, set.std)),
-                None => format!("Keep {}", with_unit(ctx, advice.measurement, advice.used.std)),
-            };
-            format!("Innovations give {}, steady flight {}{because}. {step}.", estimate_text(one), estimate_text(other))
-        }
-        (NoiseStep::Set, Some(one), Some(other)) => {
-            format!(
-                "Set {}; now NIS ratio {}. Steady flight agrees: {}.",
-                estimate_text(one),
-                nis(advice.used),
-                estimate_text(other)
-            )
-        }
-        (NoiseStep::Set, Some(one), None) => format!("Set {}; now NIS ratio {}.", estimate_text(one), nis(advice.used)),
-        (NoiseStep::NotNoise, _, Some(other)) => {
-            format!("{}. Steady flight gives {}.", capitalised(reason), estimate_text(other))
-        }
-        (NoiseStep::NotNoise, _, None) => format!("{}.", capitalised(reason)),
-        _ if !reason.is_empty() => format!("{}.", capitalised(reason)),
-        (_, _, Some(other)) => {
-            format!("Consistent: keep {}. Steady flight agrees: {}.", estimate_text(advice.used), estimate_text(other))
-        }
-        _ => format!("Consistent: keep {}.", estimate_text(advice.used)),
-    }
+    advice.text(&|std| with_unit(ctx, advice.measurement, std))
 }
 
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// The estimates as buttons that take them: both where they differ, that of the innovations first.
+/// The estimates as buttons that take them: by the innovations of this manoeuvre and of all, by steady flight.
 pub fn buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, advice: &NoiseAdvice) {
     let hint = advice_text(ctx, advice);
-    let recommended = advice.recommended();
-    let both = [(advice.innovations, "innovations", "flight"), (advice.steady, "recorded", "steady")];
-    let shown = both.into_iter().filter(|(_, label, _)| match advice.step {
-        NoiseStep::Differ => true,
-        NoiseStep::Set => *label == "innovations",
-        NoiseStep::Keep | NoiseStep::NotNoise => *label == "recorded",
-    });
     let is_both = advice.step == NoiseStep::Differ;
+    let by_innovations = matches!(advice.step, NoiseStep::Set | NoiseStep::Differ);
+    let is_offered = |estimate: &NoiseEstimate| is_both || advice.is_no_worse(*estimate);
+    let nis_text = |estimate: NoiseEstimate| format!("NIS ratio {}", nis(estimate));
+    let this = advice.innovations.filter(|_| by_innovations).filter(is_offered);
+    let all = of_all(ctx, advice.measurement).filter(|std| is_worth(*std, advice.used.std));
+    let steady = advice.steady.filter(|_| advice.step != NoiseStep::Set).filter(is_offered);
+    let offers = [
+        this.map(|one| (one.std, "innovations", format!("this manoeuvre\n{}", nis_text(one)))),
+        all.map(|std| (std, "all manoeuvres", "all manoeuvres".to_owned())),
+        steady.map(|one| (one.std, "recorded", format!("steady\n{}", nis_text(one)))),
+    ];
+    let recommended = advice.recommended().map(|one| one.std);
+    let (_, scale) = ctx.unit(advice.measurement.dimension());
     ui.vertical(|ui| {
         ui.set_min_width(PROPOSAL);
         ui.spacing_mut().item_spacing.y = 1.0;
-        for (estimate, label, short) in shown {
-            let is_offered = |estimate: &NoiseEstimate| is_both || advice.is_no_worse(*estimate);
-            let Some(estimate) = estimate.filter(is_offered) else { continue };
-            let (_, scale) = ctx.unit(advice.measurement.dimension());
-            let is_recommended = recommended == Some(estimate);
-            let is_other = is_both && label == "recorded";
-            let mut text = RichText::new(format!("⇐ {}", notation::number(scale * estimate.std))).size(11.0);
-            if is_other {
+        for (std, label, beside) in offers.into_iter().flatten() {
+            let mut text = RichText::new(format!("⇐ {}", notation::number(scale * std))).size(11.0);
+            if label == "recorded" && is_both {
                 text = text.weak();
-            } else if is_recommended && advice.step != NoiseStep::NotNoise {
+            } else if recommended == Some(std) {
                 text = text.color(theme::palette(ui).warning);
             }
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
-                let is_set = estimate.std == advice.used.std;
-                let take = ui.add_enabled(!is_set, Button::new(text).small());
+                let take = ui.add_enabled(std != advice.used.std, Button::new(text).small());
                 let take = take.on_hover_text(&hint).on_disabled_hover_text(&hint);
                 ui.ctx().accesskit_node_builder(take.id, |node| node.set_label(format!("take {label} {name}")));
                 if take.clicked() {
-                    ctx.edit(Edit::noise(NoiseChannel::Measurement(advice.measurement), estimate.std));
+                    ctx.edit(Edit::noise(NoiseChannel::Measurement(advice.measurement), std));
                 }
-                let beside = if is_both || advice.step == NoiseStep::NotNoise { short } else { "" };
-                let nis_text = format!("{beside} NIS ratio {}", nis(estimate));
-                let response =
-                    ui.add(egui::Label::new(RichText::new(nis_text.trim()).size(10.5).weak()).selectable(false));
-                response.on_hover_text(format!("{hint}\n{NIS_RATIO}"));
+                let words = egui::Label::new(RichText::new(beside).size(10.5).weak()).selectable(false);
+                ui.add(words).on_hover_text(format!("{hint}\n{NIS_RATIO}"));
             });
         }
     });
+}
+
+/// Whether a deviation differs from the one in use by more than is left alone.
+fn is_worth(std: f64, used: f64) -> bool {
+    !(1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&(std / used))
 }

@@ -14,6 +14,7 @@ use crate::command::{EditCommand, UiCommand};
 use crate::notation;
 use crate::panels::manoeuvres::manoeuvre_list::{bulk_buttons, menu};
 use crate::panels::{Panel, PanelContext, awaiting, empty, select};
+use crate::ui_state::{CandidateKey, key_of};
 use crate::widgets::chart::figure_menu;
 use crate::widgets::figure::{FigureRequest, printed};
 use crate::widgets::level_mark;
@@ -29,9 +30,6 @@ const SIZE_CHOICE: f32 = 132.0;
 const SHAPE: f64 = 0.6;
 /// Width of a figure, mm.
 const WIDTH_MM: f64 = 160.0;
-
-/// A candidate by its flight and start.
-type CandidateKey = (String, u64);
 
 /// What the rows follow from; they are formed again where it differs.
 #[derive(Clone)]
@@ -80,8 +78,6 @@ pub struct ManoeuvreMap {
     axes: [MapQuantity; 2],
     size: Option<MapQuantity>,
     rows: Option<Rows>,
-    /// Selected candidates.
-    chosen: BTreeSet<CandidateKey>,
     scatter: Scatter,
 }
 
@@ -91,7 +87,6 @@ impl Default for ManoeuvreMap {
             axes: [MapQuantity::Airspeed, MapQuantity::AngleOfAttack],
             size: None,
             rows: None,
-            chosen: BTreeSet::new(),
             scatter: Scatter::default(),
         }
     }
@@ -112,8 +107,9 @@ impl Panel for ManoeuvreMap {
         }
         self.choices(ui, &rows);
         let is_open = |one: &&Manoeuvre| !ctx.session.has_refused(one);
-        self.chosen.retain(|key| rows.candidates.iter().flatten().filter(is_open).any(|one| key_of(one) == *key));
-        self.actions(ctx, ui, &rows);
+        let open: BTreeSet<CandidateKey> = rows.candidates.iter().flatten().filter(is_open).map(key_of).collect();
+        ctx.state.selection.candidates.retain(|key| open.contains(key));
+        Self::actions(ctx, ui, &rows);
         self.plot(ctx, ui, &rows);
         self.rows = Some(rows);
     }
@@ -134,10 +130,11 @@ impl Rows {
         let quantities = MapQuantity::all().into_iter().filter(is_known).collect();
         Self { source: Source::from_panel(ctx), rows, candidates, quantities }
     }
-}
 
-fn key_of(candidate: &Manoeuvre) -> CandidateKey {
-    (candidate.flight.clone(), candidate.window.start_s.to_bits())
+    /// The selected candidates.
+    fn chosen(&self, ctx: &PanelContext<'_>) -> Vec<Manoeuvre> {
+        self.candidates.iter().flatten().filter(|one| ctx.selection().has_candidate(one)).cloned().collect()
+    }
 }
 
 /// A quantity with its unit.
@@ -204,7 +201,7 @@ impl ManoeuvreMap {
     }
 
     /// What is done to everything selected.
-    fn actions(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, rows: &Rows) {
+    fn actions(ctx: &mut PanelContext<'_>, ui: &mut Ui, rows: &Rows) {
         let count = ctx.selection().windows(ctx.session).count();
         ui.add_enabled_ui(count > 0, |ui| {
             ui.horizontal_wrapped(|ui| {
@@ -218,43 +215,38 @@ impl ManoeuvreMap {
         if open == 0 {
             return;
         }
-        let count = self.chosen.len();
+        let count = ctx.state.selection.candidates.len();
         ui.horizontal_wrapped(|ui| {
             ui.weak(format!("{count} of {open} candidates selected:"));
             ui.add_enabled_ui(count > 0, |ui| {
                 if ui.button("accept").on_hover_text("Y").clicked() {
-                    self.accept(ctx, rows);
+                    Self::accept(ctx, rows);
                 }
                 if ui.button("refuse").on_hover_text("N").clicked() {
-                    self.refuse(ctx, rows);
+                    Self::refuse(ctx, rows);
                 }
             });
         });
     }
 
-    /// The selected candidates.
-    fn candidates<'r>(&self, rows: &'r Rows) -> Vec<&'r Manoeuvre> {
-        rows.candidates.iter().flatten().filter(|one| self.chosen.contains(&key_of(one))).collect()
-    }
-
     /// Adds the selected candidates to the session in one step of undo, and selects them.
-    fn accept(&mut self, ctx: &mut PanelContext<'_>, rows: &Rows) {
-        let added: Vec<Manoeuvre> = self.candidates(rows).into_iter().cloned().collect();
+    fn accept(ctx: &mut PanelContext<'_>, rows: &Rows) {
+        let added: Vec<Manoeuvre> = rows.chosen(ctx);
         let Some(first) = added.first() else { return };
         ctx.state.selection.window = Some(first.name.clone());
         ctx.state.selection.flight = Some(first.flight.clone());
         ctx.state.selection.others = added[1..].iter().map(|one| one.name.clone()).collect();
         ctx.edit(Edit::Window(WindowEdit::AddAll(added)));
-        self.chosen.clear();
+        ctx.state.selection.candidates.clear();
     }
 
     /// Refuses the selected candidates.
-    fn refuse(&mut self, ctx: &mut PanelContext<'_>, rows: &Rows) {
-        let refused: Vec<Manoeuvre> = self.candidates(rows).into_iter().cloned().collect();
+    fn refuse(ctx: &mut PanelContext<'_>, rows: &Rows) {
+        let refused: Vec<Manoeuvre> = rows.chosen(ctx);
         if !refused.is_empty() {
             ctx.edit(Edit::Candidate(CandidateEdit::Refuse(refused)));
         }
-        self.chosen.clear();
+        ctx.state.selection.candidates.clear();
     }
 
     fn plot(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, rows: &Rows) {
@@ -283,13 +275,13 @@ impl ManoeuvreMap {
         }
         for (at, response) in std::mem::take(&mut done.pointed) {
             let (row, candidate) = (&rows.rows[known[at].0], rows.candidates[known[at].0].as_ref());
-            self.mark_menu(ctx, &response, (row, candidate), rows);
+            Self::mark_menu(ctx, &response, (row, candidate), rows);
             response.on_hover_ui(|ui| self.describe(ctx, ui, row));
         }
         let of_marks: Vec<usize> = known.iter().map(|(at, _)| *at).collect();
-        self.follow(ctx, rows, &of_marks, &done);
+        Self::follow(ctx, rows, &of_marks, &done);
         if done.has_focus {
-            self.keys(ctx, ui, rows);
+            Self::keys(ctx, ui, rows);
             self.draw_focus_line(ctx, ui, &done, self.scatter.at().and_then(|at| rows.rows.get(*of_marks.get(at)?)));
         }
         if let Some(form) = figure_menu(&done.response) {
@@ -313,7 +305,7 @@ impl ManoeuvreMap {
         let mark = |&(at, place): &(usize, [f64; 2])| {
             let row = &rows.rows[at];
             let is_selected = match &rows.candidates[at] {
-                Some(candidate) => self.chosen.contains(&key_of(candidate)),
+                Some(candidate) => ctx.selection().has_candidate(candidate),
                 None => ctx.selection().is_selected(&row.name),
             };
             ScatterMark {
@@ -323,6 +315,7 @@ impl ManoeuvreMap {
                 is_selected,
                 radius: radius(at),
                 label: label(row),
+                value: self.coordinates(ctx, row),
             }
         };
         known.iter().map(mark).collect()
@@ -347,12 +340,16 @@ impl ManoeuvreMap {
         }
     }
 
+    /// The values of a mark along both axes, with their units.
+    fn coordinates(&self, ctx: &PanelContext<'_>, row: &MapRow) -> String {
+        let values = self.axes.into_iter().filter_map(|axis| Some(shown_value(ctx, axis, axis.value(row)?)));
+        values.collect::<Vec<_>>().join(", ")
+    }
+
     /// The mark the arrow keys are at, in a line at the foot of the plot.
     fn draw_focus_line(&self, ctx: &PanelContext<'_>, ui: &Ui, done: &ScatterDone, row: Option<&MapRow>) {
         let text = row.map_or("Arrow keys: go to a mark".to_owned(), |row| {
-            let values = self.axes.into_iter().filter_map(|axis| Some(shown_value(ctx, axis, axis.value(row)?)));
-            let values: Vec<String> = values.collect();
-            format!("{}: {}. Space selects, Shift+Space adds", label(row), values.join(", "))
+            format!("{}: {}. Space selects, Shift+Space adds", label(row), self.coordinates(ctx, row))
         });
         let (at, color) = (done.frame.left_bottom() + vec2(6.0, -4.0), ui.visuals().strong_text_color());
         ui.painter().text(at, egui::Align2::LEFT_BOTTOM, text, egui::FontId::proportional(11.0), color);
@@ -360,7 +357,6 @@ impl ManoeuvreMap {
 
     /// The menu of a mark: that of its manoeuvre, or the two answers to a candidate.
     fn mark_menu(
-        &mut self,
         ctx: &mut PanelContext<'_>,
         response: &egui::Response,
         (row, candidate): (&MapRow, Option<&Manoeuvre>),
@@ -373,16 +369,16 @@ impl ManoeuvreMap {
                 }
             }
             Some(candidate) => {
-                if !self.chosen.contains(&key_of(candidate)) {
-                    self.chosen = BTreeSet::from([key_of(candidate)]);
+                if !ctx.selection().has_candidate(candidate) {
+                    ctx.state.selection.candidates = BTreeSet::from([key_of(candidate)]);
                 }
-                ui.weak(notation::plural(self.chosen.len(), "candidate"));
+                ui.weak(notation::plural(ctx.state.selection.candidates.len(), "candidate"));
                 if ui.button("Accept").clicked() {
-                    self.accept(ctx, rows);
+                    Self::accept(ctx, rows);
                     ui.close();
                 }
                 if ui.button("Refuse").clicked() {
-                    self.refuse(ctx, rows);
+                    Self::refuse(ctx, rows);
                     ui.close();
                 }
             }
@@ -390,17 +386,17 @@ impl ManoeuvreMap {
     }
 
     /// Selects what was clicked or enclosed.
-    fn follow(&mut self, ctx: &mut PanelContext<'_>, rows: &Rows, of_marks: &[usize], done: &ScatterDone) {
+    fn follow(ctx: &mut PanelContext<'_>, rows: &Rows, of_marks: &[usize], done: &ScatterDone) {
         if let Some((at, modifiers)) = done.clicked {
-            self.click(ctx, rows, of_marks[at], modifiers);
+            Self::click(ctx, rows, of_marks[at], modifiers);
         }
         let Some((enclosed, modifiers)) = &done.enclosed else { return };
         let adds = modifiers.shift || modifiers.command;
         if !adds {
-            self.chosen.clear();
+            ctx.state.selection.candidates.clear();
         }
         let all: Vec<usize> = enclosed.iter().map(|&at| of_marks[at]).collect();
-        self.chosen.extend(all.iter().filter_map(|&at| rows.candidates[at].as_ref().map(key_of)));
+        ctx.state.selection.candidates.extend(all.iter().filter_map(|&at| rows.candidates[at].as_ref().map(key_of)));
         let mut names = all.iter().filter(|&&at| rows.candidates[at].is_none()).map(|&at| rows.rows[at].name.clone());
         if !adds || ctx.selection().window.is_none() {
             let Some(first) = names.next() else { return };
@@ -411,12 +407,12 @@ impl ManoeuvreMap {
     }
 
     /// Selects one mark alone, or beside the others with Shift or Ctrl; once more takes it out.
-    fn click(&mut self, ctx: &mut PanelContext<'_>, rows: &Rows, at: usize, modifiers: Modifiers) {
+    fn click(ctx: &mut PanelContext<'_>, rows: &Rows, at: usize, modifiers: Modifiers) {
         let adds = modifiers.shift || modifiers.command;
         match &rows.candidates[at] {
             None => {
                 if !adds {
-                    self.chosen.clear();
+                    ctx.state.selection.candidates.clear();
                 }
                 // On a map there is no order that Shift could go along.
                 let modifiers = if adds { Modifiers::COMMAND } else { Modifiers::NONE };
@@ -425,11 +421,11 @@ impl ManoeuvreMap {
             Some(candidate) => {
                 let key = key_of(candidate);
                 if adds {
-                    if !self.chosen.remove(&key) {
-                        self.chosen.insert(key);
+                    if !ctx.state.selection.candidates.remove(&key) {
+                        ctx.state.selection.candidates.insert(key);
                     }
                 } else {
-                    self.chosen = BTreeSet::from([key]);
+                    ctx.state.selection.candidates = BTreeSet::from([key]);
                 }
                 ctx.state.selection.flight = Some(candidate.flight.clone());
                 ctx.state.candidate_s = Some(candidate.window.start_s);
@@ -439,7 +435,7 @@ impl ManoeuvreMap {
     }
 
     /// The keys of manoeuvres and candidates while the keyboard is at the plot, where the program's own shortcuts rest.
-    fn keys(&mut self, ctx: &mut PanelContext<'_>, ui: &Ui, rows: &Rows) {
+    fn keys(ctx: &mut PanelContext<'_>, ui: &Ui, rows: &Rows) {
         let edits = [
             (Key::I, EditCommand::UseWindows(WindowRole::Identification)),
             (Key::V, EditCommand::UseWindows(WindowRole::Validation)),
@@ -450,10 +446,10 @@ impl ManoeuvreMap {
         let asked = edits.into_iter().filter(|(key, _)| pressed(*key));
         ctx.commands.extend(asked.map(|(_, command)| UiCommand::Edit(command)));
         if pressed(Key::Y) {
-            self.accept(ctx, rows);
+            Self::accept(ctx, rows);
         }
         if pressed(Key::N) {
-            self.refuse(ctx, rows);
+            Self::refuse(ctx, rows);
         }
     }
 }

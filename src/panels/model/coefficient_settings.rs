@@ -34,7 +34,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let all = [
             (ThrustTreatment::Included, "Inside"),
             (ThrustTreatment::ForceRemoved, "Force out"),
-            (ThrustTreatment::Removed, "Out of CX and Cm"),
+            (ThrustTreatment::Removed, "Removed from CX and Cm"),
         ];
         choices(ui, &mut next.thrust, &all);
         ui.end_row();

@@ -6,6 +6,7 @@ use doublet_engine::notation::significant;
 use doublet_engine::session::Session;
 use eframe::egui::{self, Color32, Sense, Stroke, Ui, pos2};
 
+use crate::widgets::speak_value;
 use crate::{notation, theme};
 
 /// Room between an interval and the edges of its cell.
@@ -54,6 +55,7 @@ impl<'a> Axis<'a> {
         let label = format!("{} of {name}", self.name);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &label));
         let Some(interval) = row.and_then(|row| interval(row, self.coefficient, self.name)) else {
+            speak_value(&response, "not in its structure".to_owned());
             response.on_hover_text(format!("{label}: not in its structure"));
             return;
         };
@@ -77,6 +79,7 @@ impl<'a> Axis<'a> {
         let half = interval.high - interval.estimate;
         let value = format!("{} ± {}{} (95 %)", significant(interval.estimate, 4), significant(half, 2), self.unit);
         let ends = format!("{} to {}", significant(interval.low, 4), significant(interval.high, 4));
+        speak_value(&response, format!("{value}, {ends}"));
         response.on_hover_text(format!("{label}: {value}, {ends}"));
     }
 }

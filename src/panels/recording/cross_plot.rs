@@ -50,11 +50,25 @@ impl Panel for CrossPlot {
             Some(chosen) if chosen.window == window => (role_color(palette, chosen.role), chosen.name.clone()),
             _ => (palette.series[0], "between the markers".to_owned()),
         };
-        let points = pairs(&x.0.series, &y.0.series, window, [x.3, y.3]);
+        let excluded = excluded_in(ctx, window);
+        let is_excluded = |time_s: f64| excluded.iter().any(|part| part.contains(time_s));
+        let pairs = pairs(&x.0.series, &y.0.series, window, [x.3, y.3]);
+        // One that is left out of a curve breaks its line.
+        let of = |left_out: bool| -> Vec<[f64; 2]> {
+            let keep = |(time_s, pair): &(f64, [f64; 2])| {
+                if is_excluded(*time_s) == left_out { *pair } else { [f64::NAN; 2] }
+            };
+            pairs.iter().map(keep).collect()
+        };
+        let points = of(false);
         let mut chart = Chart::new("cross plot", label(&x), label(&y));
         let faint = color.gamma_multiply(0.45);
         chart.curves.push(ChartCurve::new("", faint, ChartStyle::Line, points.clone()));
         chart.curves.push(ChartCurve::new(named, color, ChartStyle::Dots(1.6), points));
+        if pairs.iter().any(|(time_s, _)| is_excluded(*time_s)) {
+            let pale = palette.ignored.gamma_multiply(0.5);
+            chart.curves.push(ChartCurve::new("excluded", pale, ChartStyle::Dots(1.6), of(true)));
+        }
         if let Some(time_s) = ctx.state.window_time.cursor_s {
             let at = [(&x.0.series, x.3), (&y.0.series, y.3)].map(|(series, scale)| {
                 value_at(&series.time_s, &series.values, f64::INFINITY, time_s).map(|value| scale * value)
@@ -102,8 +116,20 @@ fn part_shown(ctx: &PanelContext<'_>) -> TimeRange {
     marked.or(ctx.window().map(|window| window.window)).unwrap_or_else(|| ctx.state.time.range())
 }
 
-/// Both channels at the samples of the first inside `window`, every so many of them that [`MOST`] remain.
-fn pairs(x: &Series, y: &Series, window: TimeRange, [x_scale, y_scale]: [f64; 2]) -> Vec<[f64; 2]> {
+/// What is excluded of the chosen manoeuvre where `part` is that manoeuvre, else of all manoeuvres of the flight.
+fn excluded_in(ctx: &PanelContext<'_>, part: TimeRange) -> Vec<TimeRange> {
+    match ctx.window() {
+        Some(chosen) if chosen.window == part => chosen.excluded.clone(),
+        _ => {
+            let flight = ctx.selection().flight.as_ref();
+            let of_flight = ctx.session.windows.iter().filter(|window| Some(&window.flight) == flight);
+            of_flight.flat_map(|window| window.excluded.iter().copied()).collect()
+        }
+    }
+}
+
+/// Both channels at the samples of the first inside `window` with their times, every so many of them that [`MOST`] remain.
+fn pairs(x: &Series, y: &Series, window: TimeRange, [x_scale, y_scale]: [f64; 2]) -> Vec<(f64, [f64; 2])> {
     let inside = window.indices(&x.time_s);
     let other = window.indices(&y.time_s);
     // One more on either side, so that the ends have neighbours.
@@ -113,7 +139,7 @@ fn pairs(x: &Series, y: &Series, window: TimeRange, [x_scale, y_scale]: [f64; 2]
     let step = inside.len().div_ceil(MOST).max(1);
     let point = |at: usize| {
         let up = value_at(time, values, gap_s, x.time_s[at]).unwrap_or(f64::NAN);
-        [x_scale * x.values[at], y_scale * up]
+        (x.time_s[at], [x_scale * x.values[at], y_scale * up])
     };
     inside.step_by(step).map(point).collect()
 }
@@ -132,8 +158,9 @@ mod tests {
         let (x, y) = (series(0.1, 2.0), series(0.25, -3.0));
         let found = pairs(&x, &y, TimeRange { start_s: 1.0, end_s: 2.05 }, [10.0, 1.0]);
         assert_eq!(found.len(), 11);
-        for ([along, up], k) in found.iter().zip(10..) {
+        for ((at_s, [along, up]), k) in found.iter().zip(10..) {
             let time_s = f64::from(k) * 0.1;
+            assert!((at_s - time_s).abs() < 1e-12);
             assert!((along - 20.0 * time_s).abs() < 1e-9 && (up + 3.0 * time_s).abs() < 1e-9, "{along} {up}");
         }
     }

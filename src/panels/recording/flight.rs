@@ -240,6 +240,7 @@ impl Flight {
                 part: TimeRange::new(window.window.start_s, window.window.end_s),
                 label: &window.name,
                 note,
+                excluded: &window.excluded,
                 color: role_color(palette, window.role),
                 // Only the chosen one can be dragged: none is moved by accident where many lie close.
                 still: chosen.as_deref() != Some(window.name.as_str()),

@@ -69,12 +69,13 @@ fn length_unit(ctx: &PanelContext<'_>, ways: [&Series; 2]) -> (&'static str, f64
 }
 
 impl Track<'_> {
-    /// East and north at the samples of `window`, every so many of them that `most` remain.
-    fn points(&self, window: TimeRange, most: usize) -> Vec<[f64; 2]> {
+    /// East and north at the samples of `window`, every so many of them that `most` remain; a gap where one is not `kept`.
+    fn points(&self, window: TimeRange, most: usize, kept: impl Fn(f64) -> bool) -> Vec<[f64; 2]> {
         let inside = window.indices(&self.north.time_s);
         let step = inside.len().div_ceil(most).max(1);
         let gap_s = self.gap_s();
-        inside.step_by(step).map(|at| self.at(self.north.time_s[at], gap_s).unwrap_or([f64::NAN; 2])).collect()
+        let times = inside.step_by(step).map(|at| self.north.time_s[at]);
+        times.map(|time_s| self.at(time_s, gap_s).filter(|_| kept(time_s)).unwrap_or([f64::NAN; 2])).collect()
     }
 
     /// Degrees of longitude as long as one of latitude where the aircraft flew; one for local positions.
@@ -103,18 +104,24 @@ fn draw(ctx: &mut PanelContext<'_>, ui: &mut Ui, track: &Track<'_>) {
     let mut chart = Chart { aspect, legend: false, ..Chart::new("ground track", across, up) };
     let all = TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
     let mut add = |name: &str, color, style, points| chart.curves.push(ChartCurve::new(name, color, style, points));
-    add("track", palette.ignored.gamma_multiply(0.7), ChartStyle::Line, track.points(all, TRACK_POINTS));
+    add("track", palette.ignored.gamma_multiply(0.7), ChartStyle::Line, track.points(all, TRACK_POINTS, |_| true));
     let range = ctx.state.time.range();
     if range != ctx.state.time.full() {
         let shown = range;
-        add("on screen", palette.cursor, ChartStyle::Line, track.points(shown, TRACK_POINTS));
+        add("on screen", palette.cursor, ChartStyle::Line, track.points(shown, TRACK_POINTS, |_| true));
     }
     let flight = ctx.selection().flight.clone();
     for window in ctx.session.windows.iter().filter(|window| Some(&window.flight) == flight.as_ref()) {
         let color = role_color(palette, window.role);
-        add(&window.name, color, ChartStyle::Line, track.points(window.window, WINDOW_POINTS));
-        if ctx.selection().window.as_ref() == Some(&window.name) {
-            let ends = track.points(window.window, WINDOW_POINTS);
+        let is_excluded = |time_s: f64| window.excluded_at(time_s).is_some();
+        let kept = track.points(window.window, WINDOW_POINTS, |time_s| !is_excluded(time_s));
+        add(&window.name, color, ChartStyle::Line, kept);
+        if !window.excluded.is_empty() {
+            let left_out = track.points(window.window, WINDOW_POINTS, is_excluded);
+            add(&format!("{}, excluded", window.name), color.gamma_multiply(0.5), ChartStyle::Dashed, left_out);
+        }
+        if ctx.selection().is_selected(&window.name) {
+            let ends = track.points(window.window, WINDOW_POINTS, |_| true);
             add("", color, ChartStyle::Dots(3.5), ends.first().into_iter().chain(ends.last()).copied().collect());
         }
     }

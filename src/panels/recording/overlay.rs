@@ -7,12 +7,14 @@ use doublet_core::model::Coefficient;
 use doublet_core::quantity::Role;
 use doublet_core::series::Series;
 use doublet_engine::session::{Manoeuvre, Surface};
-use eframe::egui::{Id, Rect, ScrollArea, Ui};
+use eframe::egui::{ScrollArea, Ui};
 
 use crate::panels::manoeuvres::proposals::roles;
+use crate::panels::marking::{self, OfFlight, Spot};
 use crate::panels::{PanelContext, empty};
 use crate::widgets::hatch::hatch;
-use crate::widgets::time_plot::{PlotCache, StackResponse, TimePlot, Trace, TraceStyle, time_stack, x_at};
+use crate::widgets::named_id;
+use crate::widgets::time_plot::{Marked, PlotCache, StackResponse, TimePlot, Trace, TraceStyle, time_stack_with};
 use crate::widgets::time_view::{TimeRange, TimeView};
 use crate::{notation, theme};
 
@@ -75,7 +77,8 @@ pub struct Overlay {
 impl Overlay {
     /// Draws the selected windows, or all of `shown` where one alone is selected.
     pub fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, shown: &[&Manoeuvre]) {
-        let selected: Vec<&Manoeuvre> = ctx.selection().windows(ctx.session).collect();
+        let selection = ctx.selection().clone();
+        let selected: Vec<&Manoeuvre> = selection.windows(ctx.session).collect();
         let compared = if selected.len() > 1 { selected.as_slice() } else { shown };
         let drawn = &compared[..compared.len().min(MOST)];
         let Some(first) = drawn.first() else { return empty(ui, "Manoeuvre not found.") };
@@ -110,22 +113,72 @@ impl Overlay {
             }
             plots.push(TimePlot::new(label, unit, traces));
         }
-        let response = time_stack(ui, Id::unique("overlay"), &mut self.view, &mut self.cache, &plots, &[]);
+        // What is marked is marked of the chosen manoeuvre, whose time this is then.
+        let chosen = ctx.window().filter(|chosen| drawn.iter().any(|window| window.name == chosen.name));
+        let target = chosen.unwrap_or(first);
+        let onset_s = onset(ctx, target);
+        let (session, table) = (ctx.session, ctx.table);
+        let before_s = self.view.markers_s;
+        let markers_s = before_s.map(|marker_s| marker_s.map(|time_s| time_s + onset_s));
+        let mut asked = None;
+        let mut menu = |ui: &mut Ui, time_s: f64, _row: usize| {
+            let time_s = Some(time_s + onset_s);
+            let spot =
+                Spot { session, table, window: session.window(&target.name), candidate: None, time_s, markers_s };
+            asked = marking::menu(ui, &spot).map(|command| (spot, command)).or(asked);
+            ui.separator();
+        };
+        let id = named_id(ui.ctx(), "overlay");
+        let response = time_stack_with(ui, id, &mut self.view, &mut self.cache, &plots, &[], &mut menu);
+        if let Some((spot, command)) = asked {
+            ctx.follow_menu(&spot, command);
+            ctx.state.time.markers_s = markers_s;
+        }
         self.hatch_excluded(ctx, ui, drawn, &response);
+        self.mark(ctx, ui, (target, onset_s), &response);
+        if chosen.is_some() {
+            // Keys act where the pointer is in the time of the chosen one.
+            if let Some(time_s) = response.hovered_s {
+                *ctx.hovered_s = Some(time_s + onset_s);
+            }
+            if self.view.markers_s != before_s {
+                ctx.state.time.markers_s = self.view.markers_s.map(|marker_s| marker_s.map(|time_s| time_s + onset_s));
+            }
+        }
         self.view.cursor_s = response.hovered_s;
         self.view.annotate_s = None;
         ctx.figures.extend(response.figure);
     }
 
+    /// Draws a drag that marks, and carries it out on a manoeuvre with this onset where it ends.
+    fn mark(
+        &self,
+        ctx: &mut PanelContext<'_>,
+        ui: &Ui,
+        (target, onset_s): (&Manoeuvre, f64),
+        response: &StackResponse,
+    ) {
+        let Some(drag) = response.marked else { return };
+        let part = TimeRange::new(drag.part.start_s + onset_s, drag.part.end_s + onset_s);
+        let marked = Marked { from_s: drag.from_s + onset_s, part, ..drag };
+        let of = OfFlight { session: ctx.session, snapshot: ctx.snapshot, flight: &target.flight };
+        let window = Some(target).filter(|target| target.window.contains(marked.from_s));
+        let frames = marking::frames_on_screen(ui, &response.frames, response);
+        let words = of.meaning(ui, window, marked);
+        marking::draw_marked(ui, (&frames, self.view.range()), drag.part, &words, marking::BELOW_LEGEND);
+        if let Some(edit) = of.carry_out(ctx.state, window, marked) {
+            ctx.edit(edit);
+        }
+    }
+
     /// Hatches the excluded parts of the manoeuvres drawn.
     fn hatch_excluded(&self, ctx: &PanelContext<'_>, ui: &Ui, drawn: &[&Manoeuvre], response: &StackResponse) {
-        let clip = response.visible.map_or(ui.clip_rect(), |visible| visible.intersect(ui.clip_rect()));
+        let frames = marking::frames_on_screen(ui, &response.frames, response);
         for window in drawn.iter().filter(|window| !window.excluded.is_empty()) {
             let onset_s = onset(ctx, window);
-            for (part, frame) in window.excluded.iter().flat_map(|part| response.frames.iter().map(move |f| (part, f)))
-            {
-                let x = [part.start_s, part.end_s].map(|time_s| x_at(*frame, self.view.range(), time_s - onset_s));
-                hatch(ui, Rect::from_x_y_ranges(x[0]..=x[1], frame.y_range()).intersect(*frame).intersect(clip));
+            for part in &window.excluded {
+                let part = TimeRange::new(part.start_s - onset_s, part.end_s - onset_s);
+                frames.iter().for_each(|frame| hatch(ui, marking::over(*frame, self.view.range(), part)));
             }
         }
     }

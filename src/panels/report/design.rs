@@ -103,9 +103,9 @@ impl Design {
 /// What a criterion ranks inputs by; the smallest is best.
 fn ranking(criterion: Criterion) -> &'static str {
     match criterion {
-        Criterion::A => "least squared relative errors (a)",
+        Criterion::A => "sum of squared relative errors (a)",
         Criterion::D => "least volume of the errors (d)",
-        Criterion::MaxRelative => "least of the largest error",
+        Criterion::MaxRelative => "largest relative error",
     }
 }
 

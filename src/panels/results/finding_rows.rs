@@ -168,8 +168,12 @@ fn change(ui: &mut Ui, before: Option<VerdictCounts>, after: Result<VerdictCount
 
 /// The link that selects manoeuvres.
 fn select(ctx: &mut PanelContext<'_>, ui: &mut Ui, names: &[&str]) {
-    let (Some((first, others)), true) = (names.split_first(), names.len() > 1) else { return };
-    let link = ui.link(RichText::new(format!("Select these {} manoeuvres", names.len())).size(11.5));
+    let Some((first, others)) = names.split_first() else { return };
+    let text = match names.len() {
+        1 => "Select this manoeuvre".to_owned(),
+        count => format!("Select these {count} manoeuvres"),
+    };
+    let link = ui.link(RichText::new(text).size(11.5));
     if link.on_hover_text("Edits of the selected manoeuvre then apply to all of them").clicked() {
         ctx.choose(first);
         ctx.state.selection.others = others.iter().map(|name| (*name).to_owned()).collect();

@@ -100,8 +100,12 @@ fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
         let fits = ctx.snapshot.windows.get(&window.name)?.fits.latest()?;
         Some((window, estimate(&fits.fits, name)?))
     });
+    let mut selected = ChartCurve::new("selected", palette.cursor, ChartStyle::Dots(6.0), Vec::new());
     for (place, (window, (value, error))) in with_estimate.enumerate() {
         let place = place as f64;
+        if ctx.selection().is_selected(&window.name) {
+            selected.points.push([place, value]);
+        }
         let count = kinds.len();
         let kind = if window.kind.is_empty() { "other" } else { window.kind.as_str() };
         let curve = kinds.entry(kind).or_insert_with(|| {
@@ -111,6 +115,7 @@ fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
         curve.spread.push(NORMAL_95 * error);
         chart.places.push((place, window.name.chars().take(NAME_LENGTH).collect::<String>().trim().to_owned()));
     }
+    chart.curves.extend(Some(selected).filter(|selected| !selected.points.is_empty()));
     let last = chart.places.len().saturating_sub(1) as f64;
     for (at, other) in Overlaid::all(ctx, ui).into_iter().enumerate() {
         overlay(&mut chart, ctx, &other, (name, OFFSET * (at as f64 + 1.0)));

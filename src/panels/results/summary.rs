@@ -231,7 +231,7 @@ impl Summary {
         window: Option<&str>,
         fits: &[Coefficient],
     ) {
-        row.set_selected(window.is_some() && ctx.selection().window.as_deref() == window);
+        row.set_selected(window.is_some_and(|name| ctx.selection().is_selected(name)));
         row.col(|ui| {
             let text = window.map_or_else(|| RichText::new("All manoeuvres").strong(), RichText::new);
             let name = ui.add(Label::new(text).truncate().sense(Sense::click()));

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use doublet_core::airframe::instruments::StatedNoise;
 use doublet_core::quantity::Role;
-use doublet_core::reconstruct::{AirData, AirState, Method, State};
+use doublet_core::reconstruct::{AirData, AirState, Measurement, Method, State};
 use doublet_core::series::{LONG_WINDOW, Recording, TimeRange};
 use doublet_core::statistics::{NORMAL_95, sample_rate_hz};
 
@@ -16,13 +16,14 @@ use super::results::{
 };
 use super::setup::FileRow;
 use super::{gusts, mass, setup, signals, summary};
-use crate::date;
 use crate::session::{Manoeuvre, STEADY, Session, path_warning};
 use crate::snapshot::{FitVerdict, Slot, Snapshot};
 use crate::stage::{
-    self, CoefficientFit, ExpressedChannel, RegressorCorrelation, UsedClock, WindowPath, measure_steadiness,
+    self, CoefficientFit, ExpressedChannel, FlightNoise, RegressorCorrelation, UsedClock, WindowPath,
+    measure_steadiness,
 };
 use crate::verdict::{self, NO_WINDOW};
+use crate::{date, notation};
 
 /// Collects everything a snapshot says about a session.
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
@@ -59,7 +60,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         files: files(session, snapshot),
         flights: flights(session, snapshot),
         engines: super::engines::rows(session, snapshot),
-        windows: active.filter_map(|window| window_row(window, snapshot)).collect(),
+        windows: active.filter_map(|window| window_row(window, session, snapshot)).collect(),
         manoeuvre_map: manoeuvre_map(session, snapshot, MapOf::Ready),
         pooled: pooled
             .iter()
@@ -222,8 +223,9 @@ fn clock_row(clock: &UsedClock) -> ClockRow {
     }
 }
 
-fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
+fn window_row(window: &Manoeuvre, session: &Session, snapshot: &Snapshot) -> Option<WindowRow> {
     let results = snapshot.windows.get(&window.name)?;
+    let noise = snapshot.noise.get(&window.flight).and_then(|slot| slot.ready()).map(|noise| &**noise);
     let path = results.path.ready();
     let of_path = path.iter().flat_map(|path| &path.assessment().warnings);
     let of_aero = results.aero.ready().into_iter().flat_map(|aero| &aero.warnings);
@@ -255,7 +257,7 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         nis_band_correlated: consistency.map_or([f64::NAN; 2], |c| c.nis_band_correlated),
         missing_measurements: path.iter().flat_map(|path| &path.missing).map(|m| m.name()).collect(),
         states: path.map(|path| state_rows(path)).unwrap_or_default(),
-        innovations: path.map(|path| innovation_rows(path)).unwrap_or_default(),
+        innovations: path.map(|path| innovation_rows(path, session, noise)).unwrap_or_default(),
         fits: results.fits.ready().iter().flat_map(|fits| fits.fits.iter().map(own_row)).collect(),
         warnings,
     })
@@ -310,7 +312,14 @@ fn air_data_row(state: AirState, air_data: &AirData, time_s: &[f64]) -> Option<S
     (deviation > 0.0).then_some(row)
 }
 
-fn innovation_rows(path: &WindowPath) -> Vec<InnovationRow> {
+fn innovation_rows(path: &WindowPath, session: &Session, noise: Option<&FlightNoise>) -> Vec<InnovationRow> {
+    let advice = stage::noise_advice(path, &session.filter.measurement_noise, noise);
+    let advice_on = |measurement: Measurement| {
+        let found = advice.iter().find(|advice| advice.measurement == measurement);
+        let (unit, scale) = notation::unit(measurement.dimension());
+        let show = |std: f64| format!("{} {unit}", notation::significant(scale * std, 3));
+        found.map_or_else(String::new, |advice| advice.text(&show))
+    };
     let channels = path.assessment().consistency.iter().flat_map(|consistency| &consistency.channels);
     let rows = channels.map(|channel| InnovationRow {
         measurement: channel.measurement.name(),
@@ -319,7 +328,7 @@ fn innovation_rows(path: &WindowPath) -> Vec<InnovationRow> {
         mean: channel.mean,
         ratio: channel.deviation_ratio,
         is_white: channel.is_white,
-        advice: channel.advice.clone(),
+        advice: advice_on(channel.measurement),
     });
     rows.collect()
 }

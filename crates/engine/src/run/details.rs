@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use doublet_core::airframe::Loading;
 use doublet_core::model::Term;
-use doublet_core::reconstruct::{FilterSettings, Method};
+use doublet_core::reconstruct::{FilterSettings, Measurement, Method};
 
 use super::inquiries::InquiryRequest;
 use crate::graph::{Context, Keyed, Stage, StageError, StageResult};
-use crate::session::{Manoeuvre, PathSource, Session, Settings};
+use crate::session::{Manoeuvre, PathSource, Session, Settings, WindowRole};
 use crate::snapshot::{Details, Snapshot, WindowDetails, WindowResults};
 use crate::stage::{
     self, AircraftData, FlightNoise, LoadedAircraft, LoadedFlight, MisfitPlace, Samples, WindowAero, WindowFits,
@@ -141,6 +141,12 @@ fn window_details(
     let bands = aero.zip(*fits).map(|(aero, fits)| stage::observation_bands(aero, fits, structure, estimation));
     let noise =
         path.map(|path| stage::noise_advice(path, &filter.measurement_noise, inputs.noise.map(|noise| &**noise)));
+    let active = inputs.windows.iter().filter(|window| window.manoeuvre.role != WindowRole::Ignored);
+    let paths: Vec<&WindowPath> = active.filter_map(|window| Some(&**window.path?)).collect();
+    let of_all = |measurement: Measurement| {
+        let used = filter.measurement_noise[measurement as usize];
+        Some((measurement, stage::noise_of_all(paths.iter().copied(), measurement, used)?))
+    };
     let misfit = request.misfit.zip(inputs.flight).zip(*fits);
     let misfit = misfit.map(|((place, flight), fits)| stage::misfit(&flight.recording, fits, place));
     let filters = request.filters.then(|| by_every_filter(manoeuvre, params, inputs, context));
@@ -148,6 +154,7 @@ fn window_details(
         name: manoeuvre.name.clone(),
         residuals: fits.map(|fits| stage::residual_studies(fits)).unwrap_or_default(),
         noise: noise.unwrap_or_default(),
+        noise_of_all: Measurement::ALL.into_iter().filter_map(of_all).collect(),
         bands: bands.unwrap_or_default(),
         misfit,
         contributions: parts.unwrap_or_default(),

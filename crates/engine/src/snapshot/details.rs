@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use doublet_core::model::Coefficient;
+use doublet_core::reconstruct::Measurement;
 use doublet_core::series::Series;
 
 use crate::graph::{Footprint, StageResult};
@@ -36,6 +37,8 @@ pub struct WindowDetails {
     pub residuals: Vec<ResidualStudy>,
     /// What the noise of each measurement should be.
     pub noise: Vec<NoiseAdvice>,
+    /// The noise of each measurement by the innovations of all manoeuvres, SI; those that have one.
+    pub noise_of_all: Vec<(Measurement, f64)>,
     /// Half of the half width of the 95 % band of the observations about each of its fits, sample by sample.
     pub bands: Vec<(Coefficient, Arc<[f64]>)>,
     /// What moves with the residual where it is looked at, or why that is not known.

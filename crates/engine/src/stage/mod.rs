@@ -95,7 +95,7 @@ pub(crate) use movement::shortfall;
 pub use movement::{Movement, deflection, movement};
 pub use next_errors::Instruments;
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};
-pub use noise_advice::{NoiseAdvice, NoiseEstimate, NoiseStep, channel_advice, noise_advice, pooled_noise};
+pub use noise_advice::{NoiseAdvice, NoiseEstimate, NoiseStep, channel_advice, noise_advice, noise_of_all};
 pub use observability::Observability;
 pub use onsets::{OnsetShift, mean_shift, onset_shifts};
 pub(crate) use path::measurements_of;

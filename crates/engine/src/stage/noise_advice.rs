@@ -7,6 +7,7 @@ use doublet_core::statistics::median;
 
 use super::noise::{FlightNoise, NoiseRow};
 use super::path::WindowPath;
+use crate::notation::significant;
 use crate::session::NoiseChannel;
 
 /// Factor between two estimates of a deviation up to which they agree.
@@ -50,9 +51,42 @@ pub struct NoiseAdvice {
     pub step: NoiseStep,
     /// Why the estimates differ, or why the innovations are not noise; empty where neither is so.
     pub reason: String,
+    /// What to do instead of setting this noise; empty where nothing else is to be done.
+    pub action: &'static str,
 }
 
 impl NoiseAdvice {
+    /// What to do, and why, in words; `show` writes a deviation in SI with its unit.
+    pub fn text(&self, show: &dyn Fn(f64) -> String) -> String {
+        let nis = |estimate: NoiseEstimate| significant(estimate.nis, 2);
+        let with_nis = |estimate: NoiseEstimate| format!("{} (NIS ratio {})", show(estimate.std), nis(estimate));
+        let because = if self.reason.is_empty() { String::new() } else { format!(": {}", self.reason) };
+        match (self.step, self.innovations, self.steady) {
+            (NoiseStep::Differ, Some(one), Some(other)) => {
+                let step = match self.recommended() {
+                    Some(set) => format!("Set {}", show(set.std)),
+                    None => format!("Keep {}", show(self.used.std)),
+                };
+                format!("Innovations give {}, steady flight {}{because}. {step}.", with_nis(one), with_nis(other))
+            }
+            (NoiseStep::Set, Some(one), Some(other)) => {
+                let (now, steady) = (nis(self.used), with_nis(other));
+                format!("Set {}; now NIS ratio {now}. Steady flight agrees: {steady}.", with_nis(one))
+            }
+            (NoiseStep::Set, Some(one), None) => format!("Set {}; now NIS ratio {}.", with_nis(one), nis(self.used)),
+            _ if !self.action.is_empty() => {
+                let steady = self.steady.filter(|_| self.step == NoiseStep::NotNoise);
+                let steady =
+                    steady.map_or_else(String::new, |other| format!(" Steady flight gives {}.", with_nis(other)));
+                format!("{}: {}.{steady}", capitalised(&self.reason), self.action)
+            }
+            (_, _, Some(other)) => {
+                format!("Consistent: keep {}. Steady flight agrees: {}.", with_nis(self.used), with_nis(other))
+            }
+            _ => format!("Consistent: keep {}.", with_nis(self.used)),
+        }
+    }
+
     /// Whether an estimate leaves the NIS as near to its expectation as the value in use does.
     pub fn is_no_worse(&self, estimate: NoiseEstimate) -> bool {
         estimate.nis.ln().abs() <= self.used.nis.ln().abs().max(2.0 * WORTH_CHANGING.ln())
@@ -98,9 +132,22 @@ pub fn channel_advice(
     Some(advise(channel, used, median(&mut predicted)?, row))
 }
 
+/// The one deviation of a measurement for several paths, SI; `used` is the value in use.
+pub fn noise_of_all<'a>(
+    paths: impl Iterator<Item = &'a WindowPath>,
+    measurement: Measurement,
+    used: f64,
+) -> Option<f64> {
+    let advice = paths.filter_map(|path| {
+        let channels = &path.assessment().consistency.as_ref()?.channels;
+        channel_advice(path, channels.iter().find(|channel| channel.measurement == measurement)?, used, None)
+    });
+    pooled_noise(&advice.collect::<Vec<_>>())
+}
+
 /// The one deviation for several manoeuvres, SI: the root mean square of those that the innovations of each ask for; none where the
 /// innovations of most of them are not noise.
-pub fn pooled_noise(advice: &[NoiseAdvice]) -> Option<f64> {
+fn pooled_noise(advice: &[NoiseAdvice]) -> Option<f64> {
     let is_noise = |advice: &&NoiseAdvice| advice.step != NoiseStep::NotNoise;
     let variances: Vec<f64> =
         advice.iter().filter(is_noise).filter_map(|advice| Some(advice.innovations?.std.powi(2))).collect();
@@ -124,28 +171,35 @@ fn advise(channel: &ChannelConsistency, used: f64, predicted: f64, row: Option<&
     let agree = |a: f64, b: f64, factor: f64| a <= factor * b && b <= factor * a;
     let apart = innovations.zip(steady).filter(|(one, other)| !agree(one.std, other.std, AGREE));
     let is_right = (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&channel.deviation_ratio);
-    let (step, reason) = match apart {
-        _ if !is_noise => (NoiseStep::NotNoise, not_noise(channel)),
-        Some((one, other)) => (NoiseStep::Differ, row.map_or(String::new(), |row| difference(row, one, other))),
-        None if is_right => (NoiseStep::Keep, String::new()),
-        None if innovations.is_none() => (
-            NoiseStep::Keep,
-            "innovations are smaller than the uncertainty of the path: lower the process noise first".to_owned(),
-        ),
-        None => (NoiseStep::Set, String::new()),
+    let (step, reason, action) = match apart {
+        _ if !is_noise => {
+            let (reason, action) = not_noise(channel);
+            (NoiseStep::NotNoise, reason, action)
+        }
+        Some((one, other)) => (NoiseStep::Differ, row.map_or(String::new(), |row| difference(row, one, other)), ""),
+        None if is_right => (NoiseStep::Keep, String::new(), ""),
+        None if innovations.is_none() => {
+            let reason = "innovations are smaller than the uncertainty of the path".to_owned();
+            (NoiseStep::Keep, reason, "lower the process noise first")
+        }
+        None => (NoiseStep::Set, String::new(), ""),
     };
-    NoiseAdvice { measurement: channel.measurement, used: estimate(used), innovations, steady, step, reason }
+    NoiseAdvice { measurement: channel.measurement, used: estimate(used), innovations, steady, step, reason, action }
 }
 
-/// Why the size of the innovations is not that of the noise.
-fn not_noise(channel: &ChannelConsistency) -> String {
+/// Why the size of the innovations is not that of the noise, and what to check.
+fn not_noise(channel: &ChannelConsistency) -> (String, &'static str) {
     if channel.has_offset() {
-        return format!("mean innovation is {:+.2} standard deviations: check the sensor for an offset", channel.mean);
+        let reason = format!("mean innovation is {:+.2} standard deviations", channel.mean);
+        return (reason, "check the sensor for an offset");
     }
-    let slow = channel.lag_one();
-    format!(
-        "innovations are correlated (lag one {slow:.2}): check for a delay, a filter in the sensor or too little process noise"
-    )
+    let reason = format!("innovations are correlated (lag one {:.2})", channel.lag_one());
+    (reason, "check for a delay, a filter in the sensor or too little process noise")
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// Why steady flight and the innovations differ.
@@ -185,7 +239,6 @@ mod tests {
             autocorrelation_limit: 0.06,
             whiteness: 0.5,
             is_white: true,
-            advice: String::new(),
         }
     }
 
@@ -213,6 +266,7 @@ mod tests {
         assert!((found.steady.unwrap().nis - 10.0 / 82.0).abs() < 1e-12);
         assert_eq!((found.step, found.recommended()), (NoiseStep::Differ, found.innovations));
         assert!(found.reason.contains("turbulence"), "{}", found.reason);
+        assert!(found.text(&|std| format!("{std:.1} deg")).ends_with(". Set 3.0 deg."));
     }
 
     #[test]
@@ -263,7 +317,8 @@ mod tests {
         // R = 4 of S = 40: the path is uncertain, and 0.36 * 40 is more than the noise in use.
         let found = advise(&channel(0.6), 2.0, 40.0, None);
         assert_eq!((found.step, found.innovations), (NoiseStep::Keep, None));
-        assert!(found.reason.contains("process noise"));
+        assert_eq!(found.action, "lower the process noise first");
+        assert!(found.text(&|std| format!("{std} deg")).ends_with(": lower the process noise first."));
     }
 
     #[test]

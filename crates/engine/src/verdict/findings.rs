@@ -9,9 +9,9 @@ use super::fold::{Folded, fold};
 use super::noise::{MeasurementNoise, find_far_too_high};
 use super::{Finding, Level, sideslip};
 use crate::notation::significant;
-use crate::session::{Place, Session, path_warning};
+use crate::session::{Manoeuvre, Place, Session, path_warning};
 use crate::snapshot::Snapshot;
-use crate::stage::NoiseStep;
+use crate::stage::NoiseAdvice;
 
 /// Reasons of the verdict, derivatives that are not determined, notes of recordings, engines and windows, an offset of the sideslip,
 /// and the advice of the innovations.
@@ -44,38 +44,49 @@ pub fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     found
 }
 
-/// What the innovations of every window advise, where their size is not as predicted. A factor on the noise is that of all windows.
+/// What the innovations of every window advise, where their size is not as predicted: one action for each measurement, by the noise
+/// of all manoeuvres where there is one, otherwise the one that most manoeuvres ask for.
 fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     let noise = MeasurementNoise::new(session, snapshot);
     let (hinted, mut found): (Vec<Measurement>, Vec<Finding>) = find_far_too_high(&noise).into_iter().unzip();
     let is_as_predicted = |ratio: f64| (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&ratio);
+    let mut asked: Vec<(&Manoeuvre, f64, NoiseAdvice)> = Vec::new();
     for window in &session.windows {
         let path = snapshot.windows.get(&window.name).and_then(|results| results.path.ready());
         let channels =
             path.iter().filter_map(|path| path.assessment().consistency.as_ref()).flat_map(|found| &found.channels);
         let is_new = |channel: &&ChannelConsistency| !hinted.contains(&channel.measurement);
-        for channel in channels.filter(is_new).filter(|channel| !is_as_predicted(channel.deviation_ratio)) {
-            let (measurement, ratio) = (channel.measurement, channel.deviation_ratio);
-            let Some(advice) = noise.advise(window, channel) else { continue };
-            let factor = || Some(noise.pooled(measurement)? / noise.used(measurement));
-            let factor = matches!(advice.step, NoiseStep::Set | NoiseStep::Differ).then(factor).flatten();
-            let fix_text = match factor {
-                Some(factor) if is_as_predicted(factor) => {
-                    "no change needed (as predicted in the pooled estimate)".to_owned()
-                }
-                Some(factor) => format!("multiply its noise by {} (pooled estimate)", significant(factor, 2)),
-                None => advice.reason,
-            };
-            let name = measurement.name();
-            let text = message!("{} innovations are {:.2} of predicted", name, ratio);
-            let finding = Finding::new(Level::Good, "innovation-advice", Place::manoeuvre(&window.name), text);
-            let setting = format!("filter.measurement_noise.{name}");
-            let finding = finding.with_figure(ratio, 1.0).with_fix_text(fix_text);
-            let fix = factor.filter(|factor| !is_as_predicted(*factor)).and_then(|_| noise.fix(measurement));
-            found.push(finding.with_setting("Noise and filter", setting).with_fix(fix));
-        }
+        let unlike = channels.filter(is_new).filter(|channel| !is_as_predicted(channel.deviation_ratio));
+        asked.extend(unlike.filter_map(|found| Some((window, found.deviation_ratio, noise.advise(window, found)?))));
+    }
+    for (window, ratio, advice) in &asked {
+        let measurement = advice.measurement;
+        let factor = noise.pooled(measurement).map(|std| std / noise.used(measurement));
+        let fix_text = match factor {
+            Some(factor) if is_as_predicted(factor) => "Keep its noise: all manoeuvres together agree.".to_owned(),
+            Some(factor) => format!("Multiply its noise by {} (all manoeuvres).", significant(factor, 2)),
+            None => most_asked(&asked, measurement).map_or_else(String::new, |action| format!("{action}.")),
+        };
+        let name = measurement.name();
+        let text = message!("{} innovations are {:.2} of predicted", name, *ratio);
+        let finding = Finding::new(Level::Good, "innovation-advice", Place::manoeuvre(&window.name), text);
+        let setting = format!("filter.measurement_noise.{name}");
+        let finding = finding.with_figure(*ratio, 1.0).with_fix_text(fix_text);
+        let fix = factor.filter(|factor| !is_as_predicted(*factor)).and_then(|_| noise.fix(measurement));
+        found.push(finding.with_setting("Noise and filter", setting).with_fix(fix));
     }
     found
+}
+
+/// What most manoeuvres ask for of a measurement, other than another noise.
+fn most_asked(asked: &[(&Manoeuvre, f64, NoiseAdvice)], measurement: Measurement) -> Option<String> {
+    let of_measurement = asked.iter().filter(|(_, _, advice)| advice.measurement == measurement);
+    let actions: Vec<&str> =
+        of_measurement.map(|(_, _, advice)| advice.action).filter(|action| !action.is_empty()).collect();
+    let count = |action: &str| actions.iter().filter(|other| **other == action).count();
+    let most = *actions.iter().max_by_key(|action| count(action))?;
+    let (first, rest) = most.split_at(1);
+    Some(first.to_uppercase() + rest)
 }
 
 /// [`findings`] with those of one kind in one line, the worst first.

@@ -12,7 +12,7 @@ use super::{Finding, Level};
 use crate::notation::significant;
 use crate::session::{Edit, Fix, Manoeuvre, NoiseChannel, Session};
 use crate::snapshot::Snapshot;
-use crate::stage::{NoiseAdvice, channel_advice, pooled_noise};
+use crate::stage::{NoiseAdvice, WindowPath, channel_advice, noise_of_all};
 
 /// Mean NIS over its expectation beyond which no noise of a sensor is meant: a channel or the model is wrong.
 pub(super) const NOISE_EXPLAINS: f64 = 10.0;
@@ -49,12 +49,9 @@ impl<'a> MeasurementNoise<'a> {
     /// Standard deviation of a measurement by its innovations in all manoeuvres, SI; none where they are not noise.
     pub(super) fn pooled(&self, measurement: Measurement) -> Option<f64> {
         *self.pooled[measurement as usize].get_or_init(|| {
-            let advice = self.session.active_windows().filter_map(|manoeuvre| {
-                let path = self.snapshot.windows.get(&manoeuvre.name)?.path.ready()?;
-                let channels = &path.assessment().consistency.as_ref()?.channels;
-                self.advise(manoeuvre, channels.iter().find(|channel| channel.measurement == measurement)?)
-            });
-            pooled_noise(&advice.collect::<Vec<_>>())
+            let path = |manoeuvre: &Manoeuvre| self.snapshot.windows.get(&manoeuvre.name)?.path.ready();
+            let paths = self.session.active_windows().filter_map(path).map(|path| -> &WindowPath { path });
+            noise_of_all(paths, measurement, self.used(measurement))
         })
     }
 
@@ -65,7 +62,7 @@ impl<'a> MeasurementNoise<'a> {
         if ratio.is_nan() || ratio * ratio > NOISE_EXPLAINS {
             return None;
         }
-        let label = format!("multiply the noise of {name} by {}", significant(ratio, 2));
+        let label = format!("multiply the noise of {name} by {} (all manoeuvres)", significant(ratio, 2));
         Some(Fix::new(label, Edit::noise(NoiseChannel::Measurement(measurement), std)))
     }
 }

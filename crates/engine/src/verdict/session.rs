@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::judge::{Evidence, not_computed};
 use super::{Finding, Level, WindowVerdict, accelerometer, gravity, loading, made_of, mounting, shape};
 use crate::graph::Stage;
-use crate::session::Place;
+use crate::session::{Edit, Fix, Place, WindowEdit};
 use crate::stage::{LoadedAircraft, PooledFits};
 
 /// What speaks against the session besides its windows, fits and studies.
@@ -63,7 +63,21 @@ pub(super) fn find_no_good_manoeuvre(windows: &BTreeMap<String, WindowVerdict>) 
         Finding::new(Level::Caution, "no-good-manoeuvre", "session", "No manoeuvre is good.")
             .with_fix_text(fix_text)
             .with_setting("Manoeuvres", "manoeuvre.role")
+            .with_fix(join_fixes(windows))
     })
+}
+
+/// The fixes of the findings of all manoeuvres as one, without those that leave a manoeuvre out: then none would be left.
+fn join_fixes(windows: &BTreeMap<String, WindowVerdict>) -> Option<Fix> {
+    let leaves_out = |fix: &Fix| fix.edits.iter().any(|edit| matches!(edit, Edit::Window(WindowEdit::Role { .. })));
+    let mut fixes: Vec<&Fix> = Vec::new();
+    let reasons = windows.values().flat_map(|window| &window.verdict.reasons);
+    for fix in reasons.filter(|reason| reason.level > Level::Good).filter_map(|reason| reason.fix.as_ref()) {
+        if !leaves_out(fix) && fixes.iter().all(|known| known.edits != fix.edits) {
+            fixes.push(fix);
+        }
+    }
+    Fix::join(&fixes)
 }
 
 /// The panel in which a stage that failed is set.
@@ -80,4 +94,33 @@ fn panel_of(place: &Place) -> &'static str {
 fn weight(place: &Place) -> Level {
     let is_needed = [LoadedAircraft::NAME, PooledFits::NAME].iter().any(|name| place.is_named(name));
     if is_needed || matches!(place, Place::Flight { .. }) { Level::Bad } else { Level::Caution }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::session::{NoiseChannel, Verdict, WindowRole};
+
+    #[test]
+    fn the_fix_where_no_manoeuvre_is_good_is_that_of_all_without_those_that_leave_one_out() {
+        let noise = |std: f64| {
+            let channel = NoiseChannel::Measurement(doublet_core::reconstruct::Measurement::AngleOfAttack);
+            Fix::new(format!("set {std}"), Edit::noise(channel, std))
+        };
+        let finding = |name: &str, fix: Fix| {
+            Finding::new(Level::Caution, "nis", Place::manoeuvre(name), "Mean NIS is high.").with_fix(Some(fix))
+        };
+        let window = |findings: Vec<Finding>| WindowVerdict { verdict: Verdict::from_findings(findings), fits: vec![] };
+        let ignored = Edit::Window(WindowEdit::Role { name: "b".to_owned(), role: WindowRole::Ignored });
+        let all = BTreeMap::from([
+            ("a".to_owned(), window(vec![finding("a", noise(0.1))])),
+            ("b".to_owned(), window(vec![finding("b", noise(0.1)), finding("b", Fix::new("ignore b", ignored))])),
+            ("c".to_owned(), window(vec![finding("c", noise(0.2))])),
+        ]);
+        let fix = find_no_good_manoeuvre(&all).expect("none is good").fix.expect("there are fixes");
+        assert_eq!(fix.edits, [noise(0.1).edits, noise(0.2).edits].concat());
+        assert_eq!(fix.label, "set 0.1 and 1 more");
+        let one_good = BTreeMap::from([("a".to_owned(), window(vec![])), ("c".to_owned(), all["c"].clone())]);
+        assert!(find_no_good_manoeuvre(&one_good).is_none());
+    }
 }

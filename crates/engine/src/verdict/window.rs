@@ -139,8 +139,10 @@ fn nis(
         }
     };
     let is_noise = ratio < NOISE_EXPLAINS && channels_fit;
+    let by_noise = found.and_then(|found| evidence.noise.fix(found.measurement));
     let fix_text = match advice.as_ref().map(|advice| advice.step) {
         _ if ratio > 1.0 && !is_noise => format!("Check sign, unit and clock of {name}, then set its noise."),
+        _ if by_noise.is_some() => format!("Set the noise of {name} by its innovations in all manoeuvres."),
         Some(NoiseStep::NotNoise) => format!("Check {name} for a delay, a filter or its position."),
         Some(NoiseStep::Keep) if ratio < 1.0 => "Lower the process noise first.".to_owned(),
         _ => format!("Set the noise of {name} by its innovations."),
@@ -158,7 +160,6 @@ fn nis(
         .filter(|_| ratio > 1.0)
         .map_or("filter.measurement_noise".to_owned(), |_| format!("filter.measurement_noise.{name}"));
     let finding = Finding::new(level, "nis", place, text).with_figure(ratio, limit);
-    let by_noise = found.and_then(|found| evidence.noise.fix(found.measurement));
     let fix = by_noise.or_else(|| remedies::estimate_delays(evidence.session).filter(|_| ratio > 1.0));
     Some(finding.with_fix_text(fix_text).with_setting("Noise and filter", setting).with_fix(fix))
 }

@@ -460,3 +460,64 @@ fn manoeuvre_beyond_the_recording_is_shortened_to_it() {
     let edit = WindowEdit::Place { name: "m".to_owned(), window: range(10.0, 15.0) };
     assert!(Fix::new("shorten", Edit::Window(edit)).is_of_configuration());
 }
+
+#[test]
+fn findings_on_the_innovations_of_a_measurement_give_one_action() {
+    let (session, mut snapshot) = flown();
+    let actions = |snapshot: &Snapshot| {
+        let found = verdict::findings(&session, snapshot).into_iter().filter(|one| one.code == "innovation-advice");
+        let alpha = found.filter(|one| one.setting.as_deref() == Some("filter.measurement_noise.alpha"));
+        alpha.map(|one| (one.fix_text, one.fix.map(|fix| fix.label))).collect::<Vec<_>>()
+    };
+    // Some manoeuvres ask for less noise, in others the innovations are correlated.
+    let count = std::cell::Cell::new(0);
+    change_channels(&mut snapshot, |channel| {
+        if channel.measurement == Measurement::AngleOfAttack {
+            count.set(count.get() + 1);
+            channel.mean = 0.0;
+            (channel.deviation_ratio, channel.is_white) = if count.get() % 3 == 0 { (1.6, false) } else { (1.5, true) };
+            channel.autocorrelation[0] = if count.get() % 3 == 0 { 0.8 } else { 0.0 };
+        }
+    });
+    let found = actions(&snapshot);
+    assert!(!found.is_empty());
+    assert!(found.iter().all(|one| *one == found[0]), "{found:?}");
+    let (text, fix) = &found[0];
+    assert!(text.ends_with("(all manoeuvres)."), "{text}");
+    assert!(fix.as_ref().is_some_and(|label| label.ends_with("(all manoeuvres)")), "{fix:?}");
+    // Correlated in all of them: one action, and nothing to apply.
+    change_channels(&mut snapshot, |channel| {
+        if channel.measurement == Measurement::AngleOfAttack {
+            (channel.deviation_ratio, channel.is_white, channel.autocorrelation[0]) = (1.6, false, 0.8);
+        }
+    });
+    let found = actions(&snapshot);
+    assert!(found.iter().all(|one| *one == found[0] && one.1.is_none()), "{found:?}");
+    assert_eq!(found[0].0, "Check for a delay, a filter in the sensor or too little process noise.");
+}
+
+#[test]
+fn results_advise_on_noise_as_the_panels_do() {
+    let (session, snapshot) = flown();
+    let results = doublet_engine::report::build(&session, &snapshot);
+    let mut seen = 0;
+    for row in &results.windows {
+        let window = session.window(&row.name).expect("it is in the session");
+        let path = snapshot.windows[&row.name].path.ready().expect("it has a path");
+        let noise = snapshot.noise.get(&window.flight).and_then(|slot| slot.ready());
+        let advice = stage::noise_advice(path, &session.filter.measurement_noise, noise.map(|noise| &**noise));
+        for row in &row.innovations {
+            let advice = advice.iter().find(|one| one.measurement.name() == row.measurement).expect("it is advised");
+            let step = row.advice.split([' ', ':']).next();
+            let expected = match advice.step {
+                stage::NoiseStep::Keep if advice.action.is_empty() => "Consistent",
+                stage::NoiseStep::Set => "Set",
+                _ => "Innovations",
+            };
+            let is_offset = row.advice.starts_with("Mean innovation");
+            assert!(step == Some(expected) || is_offset, "{}: {:?}", row.advice, advice.step);
+            seen += 1;
+        }
+    }
+    assert!(seen > 5);
+}

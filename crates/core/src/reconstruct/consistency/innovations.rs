@@ -56,8 +56,6 @@ pub struct ChannelConsistency {
     pub whiteness: f64,
     /// Whether that probability is at least 5 %: one white sequence in twenty is not taken for white.
     pub is_white: bool,
-    /// What to do, in one sentence.
-    pub advice: String,
 }
 
 impl ChannelConsistency {
@@ -121,7 +119,7 @@ fn channel(run: &Reconstruction, measurement: Measurement, first: usize) -> Opti
     let limit = NORMAL_95 / count.sqrt();
     let autocorrelation = autocorrelation(&normalised, LAGS.min(normalised.len() / 2));
     let whiteness = white_noise_probability(&autocorrelation, normalised.len(), LAGS);
-    let mut verdict = ChannelConsistency {
+    Some(ChannelConsistency {
         measurement,
         samples: normalised.len(),
         mean,
@@ -131,34 +129,7 @@ fn channel(run: &Reconstruction, measurement: Measurement, first: usize) -> Opti
         autocorrelation_limit: limit,
         whiteness,
         is_white: whiteness >= WHITE_LEVEL,
-        advice: String::new(),
-    };
-    verdict.advice = advice(&verdict);
-    Some(verdict)
-}
-
-/// The most useful step for one channel.
-fn advice(found: &ChannelConsistency) -> String {
-    let (name, ratio) = (found.measurement.name(), found.deviation_ratio);
-    let slow = found.lag_one();
-    if found.has_offset() {
-        return format!("{name}: mean innovation is {:+.2} sigma; check the sensor for an offset.", found.mean);
-    }
-    if found.is_correlated() {
-        return format!(
-            "{name}: innovations are correlated (lag one {slow:.2}); check for a delay, a filter in the sensor, repeated samples or too little process noise."
-        );
-    }
-    if ratio > WORTH_CHANGING {
-        return format!("{name}: innovations are {ratio:.2} times predicted; raise the noise of this measurement.");
-    }
-    if ratio < 1.0 / WORTH_CHANGING {
-        return format!("{name}: innovations are {ratio:.2} times predicted; lower the noise of this measurement.");
-    }
-    if !found.is_white {
-        return format!("{name}: size as predicted, slightly correlated (lag one {slow:.2}).");
-    }
-    format!("{name}: consistent.")
+    })
 }
 
 /// 95 % region of the chi-square distribution.
