@@ -235,6 +235,13 @@ fn frequency_responses_are_drawn_with_their_equivalent_systems() {
     bench.harness.set_size(egui::vec2(1500.0, 1400.0));
     bench.settle();
     assert!(bench.harness.query_by_label("1/Tθ₂").is_some(), "the equivalent system of the elevator");
+    // Its levels by the standard that is chosen: the delay has limits in MIL-STD-1797A alone, which is shown beside the other.
+    let delay_level = || bench.harness.query_by_label("equivalent delay").is_some();
+    assert!(delay_level() && bench.harness.query_by_label_contains("MIL-F-8785C, class I by").is_some());
+    bench.choose("MIL-F-8785C");
+    bench.choose("MIL-STD-1797A");
+    assert!(bench.harness.query_by_label_contains("MIL-STD-1797A, class I by").is_some());
+    picture(&mut bench.harness, "response_levels");
     bench.choose("aileron");
     assert!(bench.harness.query_by_label("1/Tθ₂").is_none(), "that of the aileron in its place");
     assert!(bench.harness.query_by_label("ζ_z1").is_some(), "its form holds the Dutch roll");

@@ -11,7 +11,7 @@ use doublet_engine::report::{
     shown_mode_table,
 };
 use doublet_engine::run::Slot;
-use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
+use doublet_engine::study::dynamics::{CATEGORIES, CLASSES, Standard};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
 use eframe::egui::{ComboBox, Grid, Label, RichText, ScrollArea, Slider, Ui};
 
@@ -116,6 +116,7 @@ impl Dynamics {
                 let fuel = request.fuel_kg.unwrap_or(aboard);
                 request.fuel_kg = Self::slide(ui, &mut moved, fuel, 0.0..=room, "fuel [kg]", 1).or(request.fuel_kg);
             }
+            choose_standard(ui, &mut request.standard);
             for (name, chosen, all, shown) in [
                 ("class", &mut request.class, &CLASSES[..], study.airplane.class),
                 ("category", &mut request.category, &CATEGORIES[..], study.airplane.category),
@@ -128,10 +129,9 @@ impl Dynamics {
                 });
             }
             if ui.button("As flown").on_hover_text("Median condition of the identification manoeuvres").clicked() {
-                let DynamicsRequest { class, category, stick_delay_s, aileron_rad, .. } = *request;
-                let kept =
-                    DynamicsRequest { class, category, stick_delay_s, aileron_rad, ..DynamicsRequest::default() };
-                *request = kept;
+                let DynamicsRequest { standard, class, category, stick_delay_s, aileron_rad, .. } = *request;
+                let usual = DynamicsRequest::default();
+                *request = DynamicsRequest { standard, class, category, stick_delay_s, aileron_rad, ..usual };
             }
         });
         moved
@@ -155,6 +155,15 @@ impl Dynamics {
         // A slider rounds what it is given: that is no choice.
         (slider.changed() && (slider.dragged() || slider.has_focus())).then_some(chosen)
     }
+}
+
+/// Choice of the standard that judges the levels.
+pub(super) fn choose_standard(ui: &mut Ui, standard: &mut Standard) {
+    ComboBox::from_id_salt("standard").selected_text(standard.title()).width(120.0).show_ui(ui, |ui| {
+        for choice in Standard::ALL {
+            ui.selectable_value(standard, choice, choice.title());
+        }
+    });
 }
 
 /// Fuel in the manoeuvres of the chosen flight (median), as the analysis takes it, or of its loading, and what the tanks hold, kg.
@@ -213,7 +222,7 @@ fn levels(ui: &mut Ui, study: &DynamicsStudy) {
 }
 
 /// A table of the report with every row and every word, in a scroll area of the caller.
-fn whole_table(ui: &mut Ui, table: &Table) {
+pub(super) fn whole_table(ui: &mut Ui, table: &Table) {
     ui.add(Label::new(RichText::new(&table.caption).size(11.5).weak()).wrap());
     Grid::new(&table.name).striped(true).max_col_width(WIDEST).show(ui, |ui| {
         for column in &table.columns {

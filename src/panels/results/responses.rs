@@ -1,25 +1,30 @@
 //! Frequency responses of the rates to the controls with low-order equivalent systems, on request.
 
 use doublet_engine::report::document::surface_figure;
+use doublet_engine::report::{response_level_table, response_levels_row};
 use doublet_engine::run::Slot;
 use doublet_engine::session::Surface;
+use doublet_engine::study::dynamics::Standard;
 use doublet_engine::study::{EquivalentStudy, ModeComparison, Study, SurfaceResponse};
 use eframe::egui::{self, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use crate::command::{RunCommand, UiCommand};
 use crate::panels::{Panel, PanelContext, choices, dim_if, empty, offer, study_button, trouble};
+use crate::panels::results::dynamics::{choose_standard, whole_table};
 use crate::widgets::figure_view::figure_view;
 use crate::widgets::term::column_titles;
 use crate::{notation, theme};
 
 pub struct Responses {
     surface: Surface,
+    /// Standard of the levels.
+    standard: Standard,
 }
 
 impl Default for Responses {
     fn default() -> Self {
-        Self { surface: Surface::Elevator }
+        Self { surface: Surface::Elevator, standard: Standard::default() }
     }
 }
 
@@ -31,6 +36,7 @@ impl Panel for Responses {
             study_button(ctx, ui, (Study::Responses, slot), "Compute frequency responses", hint);
             let all = Surface::ALL.map(|surface| (surface, surface.name()));
             choices(ui, &mut self.surface, &all);
+            choose_standard(ui, &mut self.standard);
         });
         trouble(ui, slot.error());
         let Some(study) = slot.latest() else {
@@ -44,12 +50,12 @@ impl Panel for Responses {
         let Some(found) = study.surfaces.iter().find(|found| found.surface == self.surface) else {
             return empty(ui, "No manoeuvre moves this control alone.");
         };
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| response(ui, found));
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| response(ui, found, self.standard));
     }
 }
 
-/// Bode plot, then the equivalent system.
-fn response(ui: &mut Ui, found: &SurfaceResponse) {
+/// Bode plot, then the equivalent system with its levels.
+fn response(ui: &mut Ui, found: &SurfaceResponse, standard: Standard) {
     match surface_figure(found) {
         Some(figure) => {
             ui.weak(
@@ -63,10 +69,26 @@ fn response(ui: &mut Ui, found: &SurfaceResponse) {
         Ok(system) => {
             judgement(ui, system);
             parameters(ui, system);
+            levels(ui, found, standard);
         }
         Err(error) => trouble(ui, Some(&error.to_string())),
     }
     found.modes.iter().for_each(|compared| compared_mode(ui, compared));
+}
+
+/// Levels of the criteria that the equivalent system has values for.
+fn levels(ui: &mut Ui, found: &SurfaceResponse, standard: Standard) {
+    let Some((_, levels)) = found.levels.iter().find(|(judging, _)| *judging == standard) else { return };
+    let row = response_levels_row(found.surface, levels);
+    ui.add_space(6.0);
+    match response_level_table(&row) {
+        Some(table) => {
+            let text = format!("{}, {}", row.qualities.standard, row.qualities.airplane_from);
+            ui.add(egui::Label::new(text).wrap());
+            whole_table(ui, &table);
+        }
+        None => drop(ui.weak("No level: the equivalent system is rejected or its poles have no names.")),
+    }
 }
 
 /// Why the system is rejected or doubtful.

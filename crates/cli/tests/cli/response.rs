@@ -133,6 +133,14 @@ fn study_of_a_session_says_what_its_command_says() {
     let results: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
     let studies = &results["studies"];
     let systems = studies["equivalent_systems"].as_array().unwrap();
+    // The delay of the pitch response is judged, at the value of the system.
+    let levels = studies["equivalent_levels"].as_array().unwrap();
+    let pitch = levels.iter().find(|row| row["input"] == "delta_e").unwrap();
+    let criteria = pitch["qualities"]["criteria"].as_array().unwrap();
+    let delay = criteria.iter().find(|row| row["criterion"] == "equivalent delay").unwrap();
+    let fitted = systems.iter().find(|row| row["input"] == "delta_e" && row["name"] == "tau").unwrap();
+    assert_eq!(delay["values"]["equivalent_delay"], fitted["value"]);
+    assert_eq!((&delay["level"], &delay["counts"]), (&Value::from("Level 1"), &Value::from(true)));
     let figure = ["loes", "sessions/demo.toml", "--figure"];
     let pdf = folder.path().join("bode.pdf");
     let more = ["--input", "delta_e", "--output", "q", "--form", "short-period", "--json"];

@@ -8,9 +8,10 @@ use doublet_core::statistics::median;
 use serde::{Deserialize, Serialize};
 
 use super::evaluation::{SlopeRow, evaluate, is_acceleration};
-use super::safety::{EntryGate, Risk, WindBox, entry};
+use super::safety::{EntryGate, Risk, WindBox, entry, worst_hazard};
 use crate::graph::StageResult;
 use crate::live::Limit;
+use crate::notation::significant;
 use crate::session::{Level, Manoeuvre, Session, Surface, WindowRole};
 use crate::snapshot::Snapshot;
 use crate::{builtin, toml_file};
@@ -196,6 +197,9 @@ impl TestPoint {
     }
 }
 
+/// Place of the steady time of the entry, s, in a step of a procedure.
+const STEADY_TIME: &str = "{steady_s}";
+
 fn stall_ratio() -> f64 {
     1.2
 }
@@ -300,7 +304,7 @@ impl Campaign {
 
     /// Reads the text of a file.
     pub fn parse(text: &str) -> StageResult<Self> {
-        let campaign: Self = toml_file::parse(text, (FORMAT, VERSION), |file: &Self| (&file.format, file.version))?;
+        let mut campaign: Self = toml_file::parse(text, (FORMAT, VERSION), |file: &Self| (&file.format, file.version))?;
         if campaign.points.is_empty() {
             return Err("it has no test point: add one".into());
         }
@@ -321,6 +325,7 @@ impl Campaign {
             }
         }
         campaign.entry.check()?;
+        campaign.fill_steady_time();
         if !(1.0..=3.0).contains(&campaign.stall_ratio) {
             return Err(format!("stall_ratio is {}, allowed is 1 to 3", campaign.stall_ratio).into());
         }
@@ -424,6 +429,7 @@ impl Campaign {
         let cg = mass.cg_from_datum_m[0];
         let own = aircraft.envelope.as_ref().and_then(|envelope| envelope.margin(mass.mass_kg, cg));
         let stated = self.knock_off.iter().chain(&point.knock_off).cloned();
+        let risks: Vec<Risk> = self.risks.iter().chain(&point.risks).cloned().collect();
         Ok(PlannedPoint {
             id: point.id.clone(),
             airspeed_m_s: entry.airspeed_m_s,
@@ -443,13 +449,13 @@ impl Campaign {
             amplitude_inhg: point.amplitude_inhg,
             repeats: point.repeats,
             duration_s: point.duration_s,
-            hazard: point.hazard.clone(),
+            hazard: worst_hazard(&point.hazard, &risks),
             knock_off: entry.knock_off.into_iter().chain(stated).collect(),
             procedure: point.procedure.clone(),
             step_s: point.step_s,
             engine_speed_rpm: point.engine_speed_rpm,
             manifold_pressure_inhg: point.manifold_pressure_inhg,
-            risks: self.risks.iter().chain(&point.risks).cloned().collect(),
+            risks,
             start_s: time_s,
             fuel_kg,
             mass_kg: mass.mass_kg,
@@ -461,6 +467,13 @@ impl Campaign {
             status: Flown::Missing,
             evaluation: Vec::new(),
         })
+    }
+
+    /// Writes the steady time of the entry into the steps of the procedures.
+    fn fill_steady_time(&mut self) {
+        let time_s = significant(self.entry.steady_s, 2);
+        let steps = self.points.iter_mut().flat_map(|point| &mut point.procedure).chain(&mut self.procedure);
+        steps.for_each(|step| *step = step.replace(STEADY_TIME, &time_s));
     }
 
     /// Windows that no earlier point took, of this point's surface, kind and condition.

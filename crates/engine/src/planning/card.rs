@@ -3,7 +3,7 @@
 use doublet_core::simulate::{Form, InputKind};
 
 use super::campaign::{Campaign, PlannedPoint};
-use super::safety::M_S_PER_KT;
+use super::safety::{HazardLevel, M_S_PER_KT};
 use crate::notation::significant;
 use crate::report::document::{Axis, Block, Figure, LineStyle, Panel, Plot, Section, UnitSystem, points};
 use crate::report::{Cell, Column, Table, TableOf};
@@ -272,6 +272,7 @@ fn evaluation(point: &PlannedPoint) -> Table {
 fn risks(point: &PlannedPoint) -> Table {
     TableOf::new(&format!("hazards-{}", point.id), "Hazards and mitigations.", &point.risks)
         .text("hazard", "Hazard", |risk| &risk.hazard)
+        .optional("level", "Level", |risk| risk.level.map(HazardLevel::name))
         .text("mitigation", "Mitigation", |risk| &risk.mitigation)
         .done()
 }

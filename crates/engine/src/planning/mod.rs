@@ -38,6 +38,6 @@ pub use rows::{
     ComparedKind, CorrelationRow, DesignRow, ExcursionRow, ManoeuvreRow, PredictedRow, SignalRow, design_row,
     designed_rows,
 };
-pub use safety::{EntryGate, OnLimit, Risk, WindBox};
+pub use safety::{EntryGate, HazardLevel, OnLimit, Risk, WindBox};
 pub use sheet::{DesignSheet, SheetRequest, design_sheet};
 pub use watched::open_flight;

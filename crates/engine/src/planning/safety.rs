@@ -22,6 +22,35 @@ const RAISED_STEP_M_S: f64 = 0.1;
 pub struct Risk {
     pub hazard: String,
     pub mitigation: String,
+    /// Level of the hazard with its mitigation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub level: Option<HazardLevel>,
+}
+
+/// Level of a hazard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HazardLevel {
+    Low,
+    Medium,
+    High,
+}
+
+impl HazardLevel {
+    doublet_core::named_variants! {
+        /// Name on cards and in files.
+        pub name: Low "low", Medium "medium", High "high"
+    }
+}
+
+/// Hazard of a point: the stated level, or that of its worst risk where this is higher. A category of another scale is kept.
+pub(super) fn worst_hazard(stated: &str, risks: &[Risk]) -> String {
+    let own = HazardLevel::from_name(stated);
+    let worst = risks.iter().filter_map(|risk| risk.level).max().max(own);
+    match worst {
+        Some(level) if own.is_some() || stated.is_empty() => level.name().to_owned(),
+        _ => stated.to_owned(),
+    }
 }
 
 /// Wind in which points are flown; no limit where none is given.

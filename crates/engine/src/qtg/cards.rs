@@ -14,7 +14,7 @@ use super::index::{IndexRow, IndexStatus};
 use super::profile::{Moved, Profile};
 use super::units::{FOOT_M, FOOT_PER_MINUTE_M_S};
 use crate::builtin::PREFIX;
-use crate::planning::{self, CAMPAIGN_FORMAT, CAMPAIGN_VERSION, Risk};
+use crate::planning::{self, CAMPAIGN_FORMAT, CAMPAIGN_VERSION, HazardLevel, Risk};
 use crate::session::{Manoeuvre, Session, Surface};
 use crate::snapshot::Snapshot;
 use crate::stage::{ObjectiveTest, measure_condition, movement};
@@ -155,6 +155,7 @@ pub(super) fn cards(
         risk: vec![Risk {
             hazard: "Other traffic while heads are down".to_owned(),
             mitigation: "Clearing turn before each run; lookout by one member of the crew.".to_owned(),
+            level: Some(HazardLevel::Low),
         }],
         point,
     };

@@ -1,7 +1,7 @@
 //! How a test of a rule is flown: hazard, power, height, room in airspeed, what it moves.
 
 use super::units::{FOOT_M, FOOT_PER_MINUTE_M_S};
-use crate::planning::Risk;
+use crate::planning::{HazardLevel, Risk};
 use crate::session::Surface;
 use crate::stage::ObjectiveTest;
 
@@ -228,7 +228,11 @@ impl Profile {
 
     /// Its hazard and mitigation.
     pub(super) fn risk(&self) -> Risk {
-        Risk { hazard: self.risk.0.to_owned(), mitigation: self.risk.1.to_owned() }
+        Risk {
+            hazard: self.risk.0.to_owned(),
+            mitigation: self.risk.1.to_owned(),
+            level: HazardLevel::from_name(self.hazard),
+        }
     }
 
     /// Greatest bank it holds in a condition, deg.

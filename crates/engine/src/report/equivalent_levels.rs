@@ -1,53 +1,57 @@
-//! Levels of flying qualities by a low-order equivalent system.
+//! Levels of flying qualities by a low-order equivalent system, as rows.
 
-use doublet_dynamics::frequency::{EquivalentSystem, Form, Section, TransferFunction};
-use doublet_dynamics::qualities::{
-    self, Airplane, Limits, Measure, Measures, PilotTask, QualityLevel, judge, judge_samples,
-};
+use doublet_dynamics::qualities::{Airplane, Limits, QualityLevel};
+use serde::Serialize;
 
 use super::dynamics::{QualitiesRow, probabilities, quality_row};
-use crate::session::Level;
-use crate::study::EquivalentStudy;
+use super::dynamics_tables::level_table;
+use super::table::Table;
+use crate::notation;
+use crate::session::Surface;
+use crate::study::{EquivalentLevels, EquivalentStudy, FlightResponses};
 
-/// Models drawn for the probabilities, and the seed of the draws.
-const SAMPLES: usize = 2000;
-const SEED: u64 = 1;
+/// Levels by the equivalent system of one response.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResponseLevelsRow {
+    pub input: String,
+    pub output: String,
+    /// Levels of the criteria that the system has values for.
+    pub qualities: QualitiesRow,
+}
 
-/// Levels of the criteria that an equivalent system of an output tells about, each with its probability: the share of 2000 models drawn from
-/// the covariance of the fit. None of them where the poles of a form have no names. A system whose verdict is bad has no level: its criteria
-/// are not judged, and the reason is stated.
+/// Levels of the criteria that an equivalent system of an output has values for, each with its probability: the share of 2000 models drawn
+/// from the covariance of the fit. None of them where the poles of a form have no names. A system whose verdict is bad has no level: its
+/// criteria are not judged, and the reason is stated.
 pub fn equivalent_levels(found: &EquivalentStudy, output: &str, limits: &Limits, airplane: &Airplane) -> QualitiesRow {
-    let fit: &EquivalentSystem = &found.fit;
-    let task = limits.pilot_task(airplane);
-    let measures_of = |model: &TransferFunction| measures((fit.form, output), model, task.as_ref());
-    let mut judgement = judge(limits, airplane, &measures_of(&fit.model));
-    judgement.qualities.retain(|quality| quality.level.is_some() || !quality.values.is_empty());
-    let samples: Vec<Measures> = fit.samples(SAMPLES, SEED).iter().map(measures_of).collect();
-    let shares = judge_samples(limits, airplane, &samples);
+    let from = format!("class {} and category {} as stated", airplane.class, airplane.category);
+    equivalent_levels_row(&EquivalentLevels::judge(found, output, limits, (airplane, &from)))
+}
+
+/// Levels by an equivalent system as rows.
+fn equivalent_levels_row(found: &EquivalentLevels) -> QualitiesRow {
+    let EquivalentLevels { judgement, shares, sampled, airplane, .. } = found;
     let mut row = QualitiesRow {
-        standard: limits.name.clone(),
-        date: limits.date.to_string(),
+        standard: found.standard.clone(),
+        date: found.date.clone(),
         class: airplane.class,
         category: airplane.category,
-        airplane_from: format!("class {} and category {} as stated", airplane.class, airplane.category),
+        airplane_from: found.airplane_from.clone(),
         level: judgement.level.map(QualityLevel::name),
-        probabilities: probabilities(&shares, "all"),
-        criteria: judgement.qualities.iter().map(|quality| quality_row(quality, &shares, &samples, None)).collect(),
+        probabilities: probabilities(shares, "all"),
+        criteria: judgement.qualities.iter().map(|quality| quality_row(quality, shares, sampled, None)).collect(),
         stick_delay_s: None,
         aileron_rad: None,
-        note: limits.note.clone(),
+        note: found.note.clone(),
         map: Vec::new(),
     };
-    if found.verdict.level == Level::Bad {
-        withdraw(&mut row, found);
+    if let Some(reason) = &found.withdrawn {
+        withdraw(&mut row, reason);
     }
     row
 }
 
 /// Takes the levels back that rest on a system whose verdict is bad.
-fn withdraw(row: &mut QualitiesRow, found: &EquivalentStudy) {
-    let worst = found.verdict.reasons.iter().find(|finding| finding.level == Level::Bad);
-    let reason = worst.map_or_else(String::new, |finding| finding.text.to_string());
+fn withdraw(row: &mut QualitiesRow, reason: &str) {
     (row.level, row.probabilities) = (None, None);
     for criterion in &mut row.criteria {
         criterion.level = "not judged";
@@ -57,59 +61,25 @@ fn withdraw(row: &mut QualitiesRow, found: &EquivalentStudy) {
     }
 }
 
-/// What the form says: short period or Dutch roll with zeta and omega, roll mode with `T_R`, the delay of all; with the short period bandwidth,
-/// phase delay, dropback and the loop closed by a pilot. A pair of poles that does not
-/// oscillate has the damping ratio `c1 / (2 sqrt c0)` above one; without stable poles the damping is negative.
-fn measures((form, output): (Form, &str), model: &TransferFunction, task: Option<&PilotTask>) -> Measures {
-    let mut found = Measures::default();
-    let pair = model.denominator.iter().find_map(|section| match section {
-        Section::Second { c1, c0 } if *c0 > 0.0 => Some((0.5 * c1 / c0.sqrt(), c0.sqrt())),
-        _ => None,
-    });
-    match (form, pair, model.denominator.as_slice(), model.numerator.as_slice()) {
-        (Form::ShortPeriod, Some((damping, frequency_rad_s)), _, [Section::First(inverse_t_theta2_1_s)]) => {
-            let delay_s = model.delay_s;
-            let inverse_t_theta2_1_s = *inverse_t_theta2_1_s;
-            let system = qualities::EquivalentSystem { damping, frequency_rad_s, inverse_t_theta2_1_s, delay_s };
-            found.add_equivalent_system(&system);
-            found.add_short_period(damping, frequency_rad_s, None);
-            found.add_pitch_rate(model, Some(delay_s), task);
-        }
-        (Form::Yaw, Some((damping, frequency_rad_s)), ..) => found.add_dutch_roll(damping, frequency_rad_s, None),
-        (Form::Roll, _, [Section::First(rate)], _) => found.set(Measure::RollTimeConstant, roll_time_constant_s(*rate)),
-        (Form::Orders { .. }, _, poles, _) if LATERAL.contains(&output) => add_lateral(&mut found, output, poles),
-        _ => return found,
-    }
-    // Without a named mode nothing is known of what the delay belongs to.
-    if found.iter().next().is_some() {
-        found.set(Measure::EquivalentDelay, model.delay_s);
-    }
-    found
+/// Levels of every response of a session, by the standard that judges by default; none of a response whose system has no named mode.
+pub(super) fn response_levels(found: &FlightResponses) -> Vec<ResponseLevelsRow> {
+    let levels = found.surfaces.iter().filter_map(|surface| Some((surface, &surface.levels.first()?.1)));
+    let rows = levels.map(|(surface, levels)| response_levels_row(surface.surface, levels));
+    rows.filter(|row| !row.qualities.criteria.is_empty()).collect()
 }
 
-/// Rates of the lateral motion.
-const LATERAL: [&str; 2] = ["p", "r"];
-
-/// The Dutch roll where one pair of poles oscillates, and of the roll rate the roll mode where one pole is real.
-fn add_lateral(found: &mut Measures, output: &str, poles: &[Section]) {
-    let (mut pairs, mut rates) = (Vec::new(), Vec::new());
-    for section in poles {
-        match *section {
-            Section::Second { c1, c0 } if c1 * c1 < 4.0 * c0 => pairs.push((0.5 * c1 / c0.sqrt(), c0.sqrt())),
-            // Two real poles: which of them is the roll mode is not known.
-            Section::Second { .. } => return,
-            Section::First(rate) => rates.push(rate),
-        }
-    }
-    if let [(damping, frequency_rad_s)] = pairs[..] {
-        found.add_dutch_roll(damping, frequency_rad_s, None);
-    }
-    if let ("p", [rate]) = (output, &rates[..]) {
-        found.set(Measure::RollTimeConstant, roll_time_constant_s(*rate));
-    }
+/// Levels by the equivalent system of the response of a rate to its control.
+pub fn response_levels_row(surface: Surface, levels: &EquivalentLevels) -> ResponseLevelsRow {
+    let [input, output] = [surface.role(), surface.rate()].map(|role| role.name().to_owned());
+    ResponseLevelsRow { input, output, qualities: equivalent_levels_row(levels) }
 }
 
-/// A pole to the right has no time constant that any level allows.
-fn roll_time_constant_s(rate_1_s: f64) -> f64 {
-    if rate_1_s > 0.0 { rate_1_s.recip() } else { f64::INFINITY }
+/// Levels of the criteria of a response that are judged; none where none of them is.
+pub fn response_level_table(row: &ResponseLevelsRow) -> Option<Table> {
+    let [output, input] = [&row.output, &row.input].map(|name| notation::role_symbol(name));
+    let caption = format!(
+        "Levels by the equivalent system of {output} to {input} with 95 % intervals and probabilities; levels in brackets do not count."
+    );
+    let table = Table { name: format!("equivalent_levels_{}", row.input), caption, ..level_table(&row.qualities) };
+    (!table.rows.is_empty()).then_some(table)
 }

@@ -44,7 +44,7 @@ pub use dynamics::{
     TrimRow, dynamics_row, mode_rows, qualities_row,
 };
 pub use dynamics_tables::{criterion_table, level_table, matrix_tables, measured_table, mode_table, shown_mode_table};
-pub use equivalent_levels::equivalent_levels;
+pub use equivalent_levels::{ResponseLevelsRow, equivalent_levels, response_level_table, response_levels_row};
 pub use formats::{TableFormat, alignments, csv, latex, markdown};
 pub use gusts::{DelayRow, GustRow, applied_delays};
 pub(crate) use histories::mat_file;

@@ -3,6 +3,7 @@
 use doublet_core::sensitivity::NoiseEffect;
 use serde::{Serialize, Serializer};
 
+use super::equivalent_levels::{ResponseLevelsRow, response_levels};
 use super::responses::{ModeComparisonRow, ResponseRow, SystemRow, flight_rows, mode_comparison_table, response_table};
 use super::table::{Table, table};
 use crate::graph::StageResult;
@@ -52,6 +53,9 @@ pub struct StudyResults {
     /// Parameters of their low-order equivalent systems.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub equivalent_systems: Vec<SystemRow>,
+    /// Levels of flying qualities by them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub equivalent_levels: Vec<ResponseLevelsRow>,
     /// Natural modes by these beside those of the identified model.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mode_comparison: Vec<ModeComparisonRow>,
@@ -304,6 +308,7 @@ pub fn build(snapshot: &Snapshot) -> StudyResults {
     }
     if let Some(study) = snapshot.studies.responses.ready() {
         (results.response, results.equivalent_systems) = flight_rows(study);
+        results.equivalent_levels = response_levels(study);
         results.mode_comparison = study.compared_modes().map(Into::into).collect();
     }
     if let Some(study) = snapshot.studies.monte_carlo.ready() {

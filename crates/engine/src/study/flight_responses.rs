@@ -3,7 +3,9 @@
 use doublet_dynamics::frequency::{Delay, Form, state_space_response};
 use nalgebra::Complex;
 
+use super::dynamics::{Standard, airplane_by_default, joined_limits};
 use super::equivalent::{EquivalentStudy, equivalent_study};
+use super::equivalent_levels::EquivalentLevels;
 use super::mode_comparison::{ModeComparison, compare_modes};
 use super::response::{ResponseRequest, ResponseStudy, ResponseWindow, session_responses};
 use super::{DynamicsRequest, DynamicsStudy, StudyInput};
@@ -23,6 +25,8 @@ pub struct SurfaceResponse {
     pub model: Vec<Complex<f64>>,
     /// Modes of the identified model beside those by the equivalent system and by the free responses; empty without a model.
     pub modes: Vec<ModeComparison>,
+    /// Levels by the equivalent system, for each standard; empty without a system or without a mass of the aircraft.
+    pub levels: Vec<(Standard, EquivalentLevels)>,
 }
 
 /// Responses of every control that moves in some window by itself.
@@ -69,6 +73,12 @@ impl Stage for FlightResponses {
             Err(StageError::Cancelled) => return Err(StageError::Cancelled),
             found => found.ok(),
         };
+        let airplane = match &dynamics {
+            Some(study) => Some((study.airplane.clone(), study.airplane_from.clone())),
+            None => airplane_by_default(input)?,
+        };
+        let limits = Standard::ALL.map(|standard| Ok::<_, StageError>((standard, joined_limits(standard)?)));
+        let limits = limits.into_iter().collect::<Result<Vec<_>, _>>()?;
         for surface in Surface::ALL {
             context.checkpoint()?;
             let own = input.windows.iter().filter(|window| window.manoeuvre.surface == Some(surface));
@@ -104,7 +114,17 @@ impl Stage for FlightResponses {
                 compare_modes(surface, system.as_ref().ok(), (&study.measured, &study.modes.modes))
             };
             let modes = dynamics.as_deref().map(compared).unwrap_or_default();
-            surfaces.push(SurfaceResponse { surface, response, system, model, modes });
+            let levels = match (&system, &airplane) {
+                (Ok(system), Some((airplane, from))) => limits
+                    .iter()
+                    .map(|(standard, limits)| {
+                        let output = surface.rate().name();
+                        (*standard, EquivalentLevels::judge(system, output, limits, (airplane, from)))
+                    })
+                    .collect(),
+                _ => Vec::new(),
+            };
+            surfaces.push(SurfaceResponse { surface, response, system, model, modes, levels });
         }
         if surfaces.is_empty() {
             return Err("no manoeuvre in use moves one control alone: state the surface of a manoeuvre".into());

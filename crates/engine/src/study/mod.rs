@@ -5,6 +5,7 @@ mod coverage;
 pub mod dynamics;
 mod equations;
 mod equivalent;
+mod equivalent_levels;
 mod estimators;
 mod flight_responses;
 mod identified;
@@ -30,6 +31,7 @@ pub use equations::{
     names_of_equations, shipped_equations,
 };
 pub use equivalent::{EquivalentStudy, FitMethod, equivalent_study};
+pub use equivalent_levels::EquivalentLevels;
 pub use estimators::{
     CheckedDerivative, ESTIMATORS, Estimator, EstimatorSet, FollowedFlight, FollowedOutput, FollowedStart,
     MethodEstimates, ModelPart, PartEstimates,

@@ -113,6 +113,23 @@ fn bank_load_factor_and_manoeuvring_speed_are_limits() {
 }
 
 #[test]
+fn cards_state_one_steady_time_and_the_hazard_of_the_worst_risk() {
+    let text = shipped().replacen("steady_s = 5.0", "steady_s = 7.5", 1);
+    let campaign = Campaign::parse(&text).unwrap();
+    assert!(campaign.procedure.contains(&"Hands steady for 7.5 s.".to_owned()), "{:?}", campaign.procedure);
+    // Stall and overstress are medium with their mitigations, beside points that state low.
+    let hazards = |text: &str| planned(text).unwrap().iter().map(|card| card.hazard.clone()).collect::<Vec<_>>();
+    assert!(text.contains("hazard = \"low\"") && hazards(&text).iter().all(|hazard| hazard == "medium"));
+    let without = text.replace("level = \"medium\"\n", "");
+    assert!(hazards(&without).iter().all(|hazard| hazard == "low"));
+    let high = without.replacen("hazard = \"low\"", "hazard = \"high\"", 1);
+    assert_eq!(hazards(&high).iter().filter(|hazard| *hazard == "high").count(), 1);
+    // A category of another scale stays.
+    let other = text.replace("hazard = \"low\"", "hazard = \"B2\"");
+    assert!(hazards(&other).iter().all(|hazard| hazard == "B2"));
+}
+
+#[test]
 fn slow_entry_is_raised_or_refused() {
     let slow = shipped().replacen("airspeed_m_s = 52.0", "airspeed_m_s = 40.0", 1);
     let cards = planned(&slow).unwrap();

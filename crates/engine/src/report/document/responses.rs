@@ -5,6 +5,7 @@ use super::{Block, Contents, Figure, Parts, paragraph, table_or};
 use crate::notation;
 use crate::report::responses::{SystemRow, mode_comparison_table};
 use crate::report::table::{Cell, Column, Table, TableOf};
+use crate::report::{QualitiesRow, ResponseLevelsRow, response_level_table};
 use crate::session::{Finding, Level};
 use crate::study::{EquivalentStudy, ModeComparison, SurfaceResponse};
 
@@ -25,9 +26,20 @@ pub fn responses(contents: &Contents<'_>) -> Parts {
     if !listed.is_empty() {
         blocks.push(Block::List(listed));
     }
+    blocks.extend(levels(&contents.results.studies.equivalent_levels));
     let compared = mode_comparison_table(&contents.results.studies.mode_comparison);
     blocks.extend((!compared.rows.is_empty()).then_some(Block::Table(compared)));
     Parts { body: blocks, appendix: vec![table_or(accepted, "No equivalent system fits its response.")] }
+}
+
+/// Levels by the equivalent system of every response, then the standard that judged.
+fn levels(rows: &[ResponseLevelsRow]) -> Vec<Block> {
+    let mut blocks: Vec<Block> = rows.iter().filter_map(response_level_table).map(Block::Table).collect();
+    if let Some(ResponseLevelsRow { qualities, .. }) = rows.first().filter(|_| !blocks.is_empty()) {
+        let QualitiesRow { standard, note, airplane_from, .. } = qualities;
+        blocks.push(Block::Paragraph(format!("Levels by {standard} ({note}), {airplane_from}.")));
+    }
+    blocks
 }
 
 /// Why the equivalent system of a control is missing, rejected or doubtful.

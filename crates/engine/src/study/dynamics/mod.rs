@@ -35,7 +35,7 @@ pub const THRUST_NOT_KNOWN: &str = "not judged: it depends on thrust over airspe
 
 /// Folder of the limits that come with the program.
 const LIMITS: &str = "flying_qualities";
-/// Limits that judge.
+/// Flying-qualities criteria.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Standard {
     /// MIL-F-8785C.
@@ -51,6 +51,11 @@ impl Standard {
     doublet_core::variant_texts! {
         /// Name of its file.
         pub name: MilF8785c "mil_f_8785c", MilStd1797a "mil_std_1797a"
+    }
+
+    doublet_core::variant_texts! {
+        /// Title as the document has it.
+        pub title: MilF8785c "MIL-F-8785C", MilStd1797a "MIL-STD-1797A"
     }
 }
 
@@ -198,7 +203,7 @@ impl Stage for DynamicsStudy {
         let modes = mode_study(&model, &condition, request.samples, request.seed).map_err(line)?;
         context.checkpoint()?;
         let limits = joined_limits(request.standard)?;
-        let (airplane, airplane_from) = airplane(&request, greatest_mass_kg(input, &condition))?;
+        let (airplane, airplane_from) = airplane(&request, greatest_mass_kg(input, condition.mass.mass_kg))?;
         let controls = Controls {
             stick_delay_s: request.stick_delay_s,
             aileron_rad: request.aileron_rad,
@@ -242,11 +247,17 @@ impl Stage for DynamicsStudy {
     }
 }
 
-/// Greatest mass the aircraft file has in its envelope, or that of the trim, kg.
-fn greatest_mass_kg(input: &StudyInput<'_>, condition: &Condition) -> f64 {
+/// Greatest mass the aircraft file has in its envelope, or else the mass given, kg.
+fn greatest_mass_kg(input: &StudyInput<'_>, mass_kg: f64) -> f64 {
     let envelope = input.aircraft.loaded.aircraft.envelope.as_ref();
     let heaviest = envelope.and_then(|envelope| envelope.rows.last());
-    heaviest.map_or(condition.mass.mass_kg, |row| row.mass_kg)
+    heaviest.map_or(mass_kg, |row| row.mass_kg)
+}
+
+/// Class and category by default of an aircraft that has no linear model, and their source; none without a mass.
+pub(super) fn airplane_by_default(input: &StudyInput<'_>) -> StageResult<Option<(Airplane, String)>> {
+    let mass_kg = greatest_mass_kg(input, input.aircraft.mass.mass_kg);
+    (mass_kg > 0.0).then(|| airplane(&DynamicsRequest::default(), mass_kg)).transpose()
 }
 
 /// Class and category as asked for, those nobody asked for by the greatest mass and the usual one; and where they come from.
@@ -276,7 +287,7 @@ pub fn is_modelled(session: &Session) -> bool {
 }
 
 /// The limits of a standard with those shown beside them.
-fn joined_limits(standard: Standard) -> StageResult<Limits> {
+pub(super) fn joined_limits(standard: Standard) -> StageResult<Limits> {
     let name = standard.name();
     let beside = BESIDE.into_iter().filter(|beside| *beside != name);
     beside.map(limits).try_fold(limits(name)?, |joined, beside| Ok(joined.with(beside?)))
