@@ -520,6 +520,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn residuals_of_a_session_without_vanes_are_whitened() {
+        let weights = |stated: ResidualWeights, roles: &[Role]| {
+            let mut session = empty_session("s", None);
+            session.estimation.weights = stated;
+            let channels: Vec<_> = roles.iter().map(|role| (*role, "", 0, 9)).collect();
+            take_weights(&mut session, &spans::tests::recording(&channels));
+            session.estimation.weights
+        };
+        let whitened = ResidualWeights::Autoregression(ResidualWeights::USUAL_ORDER);
+        assert_eq!(weights(ResidualWeights::Equal, &[Role::PitchRate]), whitened);
+        assert_eq!(weights(ResidualWeights::Equal, &[Role::Sideslip]), ResidualWeights::Equal);
+        assert_eq!(weights(ResidualWeights::Huber, &[Role::PitchRate]), ResidualWeights::Huber);
+    }
+
+    #[test]
     fn rates_and_forces_alone_are_not_enough() {
         let only = |role| Input::ALL.iter().any(|input| input.role() == role);
         let bad = |has: &dyn Fn(Role) -> bool| {

@@ -10,8 +10,8 @@ use eframe::egui::{self, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use crate::command::{RunCommand, UiCommand};
-use crate::panels::{Panel, PanelContext, choices, dim_if, empty, offer, study_button, trouble};
 use crate::panels::results::dynamics::{choose_standard, whole_table};
+use crate::panels::{Panel, PanelContext, choices, dim_if, empty, offer, study_button, trouble};
 use crate::widgets::figure_view::figure_view;
 use crate::widgets::term::column_titles;
 use crate::{notation, theme};

@@ -85,12 +85,12 @@ pub fn find_apart(recording: &Recording) -> Option<Apart> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use doublet_core::series::Series;
 
     /// A recording of roles with the source of each, first and last time in s.
-    fn recording(all: &[(Role, &str, u32, u32)]) -> Recording {
+    pub(in crate::begin) fn recording(all: &[(Role, &str, u32, u32)]) -> Recording {
         let channel = |(_, source, start, end): &(Role, &str, u32, u32)| {
             let values: std::sync::Arc<[f64]> = (*start..=*end).map(f64::from).collect();
             let [name, unit] = Default::default();
