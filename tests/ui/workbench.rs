@@ -144,6 +144,15 @@ impl Bench<'_> {
         self.settle();
     }
 
+    /// Opens the list called `list` and chooses `entry` of it.
+    pub fn choose_of(&mut self, list: &str, entry: &str) {
+        self.harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, list).click();
+        self.harness.run_steps(3);
+        let is_entry = |node: &egui_kittest::Node<'_>| node.accesskit_node().role() == egui::accesskit::Role::Button;
+        self.harness.get_all_by_label(entry).rfind(is_entry).expect("the list has it").click();
+        self.settle();
+    }
+
     /// Clicks the widget whose label contains `part`.
     pub fn choose_containing(&mut self, part: &str) {
         self.harness.get_by_label_contains(part).click();

@@ -159,11 +159,13 @@ impl Dynamics {
 
 /// Choice of the standard that judges the levels.
 pub(super) fn choose_standard(ui: &mut Ui, standard: &mut Standard) {
-    ComboBox::from_id_salt("standard").selected_text(standard.title()).width(120.0).show_ui(ui, |ui| {
+    let combo = ComboBox::from_id_salt("standard").selected_text(standard.title()).width(120.0);
+    let combo = combo.show_ui(ui, |ui| {
         for choice in Standard::ALL {
             ui.selectable_value(standard, choice, choice.title());
         }
     });
+    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("standard"));
 }
 
 /// Fuel in the manoeuvres of the chosen flight (median), as the analysis takes it, or of its loading, and what the tanks hold, kg.
