@@ -85,7 +85,7 @@ fn levels(ui: &mut Ui, found: &SurfaceResponse, standard: Standard) {
         Some(table) => {
             let text = format!("{}, {}", row.qualities.standard, row.qualities.airplane_from);
             ui.add(egui::Label::new(text).wrap());
-            whole_table(ui, &table);
+            ScrollArea::horizontal().id_salt("levels").show(ui, |ui| whole_table(ui, &table));
         }
         None => drop(ui.weak("No level: the equivalent system is rejected or its poles have no names.")),
     }
